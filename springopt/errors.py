@@ -1,0 +1,41 @@
+"""What springopt raises."""
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
+class SpringoptError(Exception):
+    """Root of the errors that springopt raises."""
+
+
+class UserError(SpringoptError, ValueError):
+    """Bad input, in one sentence: what was wanted, what came, what to do."""
+
+
+class SceneError(UserError):
+    """A scene that can't be read, or states something impossible."""
+
+
+class RunFileError(UserError):
+    """A run file or journal that is missing, foreign or damaged, or would be overwritten."""
+
+
+class PluginError(UserError):
+    """A plugin that is unknown, can't be loaded, or breaks its contract."""
+
+
+class NoEquilibrium(SpringoptError):
+    """A gradient or residual was asked for where the forward solve has no equilibrium."""
+
+
+class BudgetSpent(BaseException):
+    """The budget is spent: unwinds any optimizer's loop.
+
+    No error, and a BaseException so that a foreign `except Exception` lets it pass.
+    """
+
+
+def did_you_mean(word: str, candidates: Iterable[str]) -> str:
+    """The hint " Did you mean 'x'?" if a candidate is close to the word, else ""."""
+    matches = get_close_matches(word, list(candidates), n=1)
+    return f" Did you mean {matches[0]!r}?" if matches else ""
