@@ -11,6 +11,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Booleans = NDArray[np.bool_]
 A = TypeVar("A", bound=NDArray[Any])
+Numbers = TypeVar("Numbers", bound=NDArray[Any] | float)
 
 
 def floats(name: str, values: ArrayLike) -> Floats:
@@ -49,22 +50,22 @@ def require_shape(name: str, array: A, shape: tuple[int | str | None, ...]) -> A
     return array
 
 
-def require_finite(name: str, array: A) -> A:
+def require_finite(name: str, array: Numbers) -> Numbers:
     """Refuses nan and infinity."""
     return _require(name, array, np.isfinite(array), "must be finite")
 
 
-def require_positive(name: str, array: A) -> A:
+def require_positive(name: str, array: Numbers) -> Numbers:
     """Refuses nan, infinity, zero and negative numbers."""
-    return _require(name, array, (array > 0) & np.isfinite(array), "must be positive and finite")
+    return _require(name, array, np.greater(array, 0) & np.isfinite(array), "must be positive and finite")
 
 
-def require_nonnegative(name: str, array: A) -> A:
+def require_nonnegative(name: str, array: Numbers) -> Numbers:
     """Refuses nan, infinity and negative numbers."""
-    return _require(name, array, (array >= 0) & np.isfinite(array), "must be finite and not negative")
+    return _require(name, array, np.greater_equal(array, 0) & np.isfinite(array), "must be finite and not negative")
 
 
-def _require(name: str, array: A, passes: Booleans, rule: str) -> A:
+def _require(name: str, array: Numbers, passes: Booleans, rule: str) -> Numbers:
     if not np.all(passes):
         entry = np.argwhere(~np.asarray(passes))[0]
         where = f"[{', '.join(map(str, entry))}]" if entry.size else ""

@@ -1,0 +1,69 @@
+"""One load case: its own supports, prescribed displacements and nodal forces, and whether it trains or tests."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from springopt.checks import Booleans, Floats, booleans, floats, require_finite, require_shape
+from springopt.errors import UserError
+
+ROLES = ("train", "test")
+
+
+@dataclass(frozen=True, eq=False)
+class LoadCase:
+    """What is done to the body: where it is held, how it is moved, how it is pulled.
+
+    A force on a support is legal: it enters the reaction only.
+    """
+
+    name: str
+    supports: Booleans  #: which degrees of freedom are held, shape (n, d); (n,) holds all axes of a node
+    forces: Floats  #: nodal forces [force], shape (n, d)
+    #: Displacements of the supports [length], shape (n, d), zero elsewhere. Where the array given has nan entries, nan
+    #: prescribes nothing, and every number makes its degree of freedom a support.
+    prescribed: Floats = None  # type: ignore[assignment]
+    role: str = "train"  #: "train" enters the objective, "test" is only reported
+
+    def __post_init__(self) -> None:
+        if self.role not in ROLES:
+            raise UserError(f"The role of load case {self.name!r} must be 'train' or 'test', not {self.role!r}.")
+        where = f"of load case {self.name!r}"
+        forces = require_shape(f"forces {where}", floats(f"forces {where}", self.forces), ("n", "d"))
+        supports = _supports(f"supports {where}", self.supports, forces.shape)
+        if self.prescribed is None:
+            prescribed = np.zeros(forces.shape)
+        else:
+            supports, prescribed = _prescribe(f"prescribed {where}", supports, floats("prescribed", self.prescribed))
+        object.__setattr__(self, "forces", require_finite(f"forces {where}", forces))
+        object.__setattr__(self, "supports", supports)
+        object.__setattr__(self, "prescribed", prescribed)
+
+    @property
+    def free(self) -> Booleans:
+        """The degrees of freedom that are not held, shape (n, d)."""
+        return ~self.supports
+
+
+def _supports(name: str, supports: Booleans, shape: tuple[int, ...]) -> Booleans:
+    held = booleans(name, supports)
+    if held.ndim == 1:
+        held = np.repeat(held[:, None], shape[1], axis=1)
+    return require_shape(name, held, shape)
+
+
+def _prescribe(name: str, supports: Booleans, prescribed: Floats) -> tuple[Booleans, Floats]:
+    """Supports with the prescribed degrees of freedom among them, and the displacements, zero where nothing is held."""
+    require_shape(name, prescribed, supports.shape)
+    nothing = np.isnan(prescribed)
+    displacements = require_finite(name, np.where(nothing, 0.0, prescribed))
+    if nothing.any():
+        return supports | ~nothing, displacements
+    stray = np.argwhere((displacements != 0) & ~supports)
+    if len(stray):
+        node, axis = stray[0]
+        raise UserError(
+            f"{name}[{node}, {axis}] is {displacements[node, axis]:g}, but nothing holds it there; "
+            "make it a support, or give nan where nothing is prescribed."
+        )
+    return supports, displacements
