@@ -1,0 +1,12 @@
+"""From an optimizer's vector to stiffness and topology."""
+
+from springopt.encoding.binary import Binary
+from springopt.encoding.encoding import Encoding
+from springopt.encoding.grouped import Grouped, Homogeneous, ThreeClass, TwoClass
+from springopt.encoding.real import Real
+
+ENCODINGS: dict[str, type[Encoding]] = {
+    encoding.name: encoding for encoding in (Binary, Real, Homogeneous, TwoClass, ThreeClass)
+}
+
+__all__ = ["ENCODINGS", "Binary", "Encoding", "Grouped", "Homogeneous", "Real", "ThreeClass", "TwoClass"]

@@ -1,0 +1,46 @@
+"""Topology alone: one bit a spring."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from springopt.checks import Floats, require_positive
+from springopt.encoding.encoding import Encoding, one_each
+from springopt.encoding.spring_classes import known_classes
+from springopt.errors import UserError
+from springopt.lattice import SpringLattice
+
+
+class Binary(Encoding):
+    """A spring is present with a given stiffness, or absent; section 3 of Bianchi et al. (2004).
+
+    Args:
+        lattice: the springs that may be present.
+        stiffness: stiffness of a spring that is present [force/length], one number or shape (s,).
+    """
+
+    name: ClassVar[str] = "binary"
+    kind: ClassVar[Literal["real", "binary"]] = "binary"
+
+    def __init__(self, lattice: SpringLattice, *, stiffness: ArrayLike = 5.0) -> None:
+        self.stiffness = require_positive("stiffness", one_each("stiffness", stiffness, lattice.spring_count))
+        self.lower = np.zeros(lattice.spring_count)
+        self.upper = np.ones(lattice.spring_count)
+        self.classes = known_classes(lattice)
+
+    def decode(self, points: ArrayLike) -> Floats:
+        bits = self._points(points)
+        if not ((bits == 0) | (bits == 1)).all():
+            raise UserError("points of the binary encoding hold zeros and ones alone; round them before asking.")
+        return bits * self.stiffness
+
+    def pull_back(self, point: ArrayLike, gradient: ArrayLike) -> Floats:
+        """The derivative along the straight line from absent to present."""
+        return np.asarray(gradient, dtype=float) * self.stiffness
+
+    def sample(self, rng: np.random.Generator, count: int) -> Floats:
+        """Fair bits, shape (count, size)."""
+        return rng.integers(0, 2, size=(count, self.size)).astype(float)

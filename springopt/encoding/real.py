@@ -1,0 +1,46 @@
+"""Stiffness and topology at once: one number a spring."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from springopt.checks import Floats
+from springopt.encoding.encoding import Encoding, box
+from springopt.encoding.spring_classes import known_classes
+from springopt.errors import UserError
+from springopt.lattice import SpringLattice
+
+
+class Real(Encoding):
+    """A spring is present where its number exceeds the threshold; section 4 of Bianchi et al. (2004).
+
+    Args:
+        lattice: the springs that may be present.
+        lower, upper: interval of the stiffness [force/length], numbers or shape (s,).
+        threshold: a number up to this one means an absent spring, stiffness 0.
+    """
+
+    name: ClassVar[str] = "real"
+
+    def __init__(
+        self, lattice: SpringLattice, *, lower: ArrayLike = 0.0, upper: ArrayLike = 10.0, threshold: float = 0.0
+    ) -> None:
+        self.lower, self.upper = box(lower, upper, lattice.spring_count)
+        if not 0 <= threshold < self.upper.min():
+            raise UserError(
+                f"the threshold of the real encoding lies in [0, {self.upper.min():g}), below every upper bound, "
+                f"not at {threshold:g}; lower it."
+            )
+        self.threshold = float(threshold)
+        self.classes = known_classes(lattice)
+
+    def decode(self, points: ArrayLike) -> Floats:
+        numbers = self._points(points)
+        return np.where(numbers > self.threshold, numbers, 0.0)
+
+    def pull_back(self, point: ArrayLike, gradient: ArrayLike) -> Floats:
+        """The derivative away from the threshold's jump: zero for an absent spring."""
+        return np.where(self._points(point) > self.threshold, np.asarray(gradient, dtype=float), 0.0)
