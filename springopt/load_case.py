@@ -28,14 +28,15 @@ class LoadCase:
     def __post_init__(self) -> None:
         if self.role not in ROLES:
             raise UserError(f"The role of load case {self.name!r} must be 'train' or 'test', not {self.role!r}.")
-        where = f"of load case {self.name!r}"
-        forces = require_shape(f"forces {where}", floats(f"forces {where}", self.forces), ("n", "d"))
-        supports = _supports(f"supports {where}", self.supports, forces.shape)
+        where = f"load case {self.name!r}:"
+        forces = require_shape(f"{where} forces", floats(f"{where} forces", self.forces), ("n", "d"))
+        supports = _supports(f"{where} supports", self.supports, forces.shape)
         if self.prescribed is None:
             prescribed = np.zeros(forces.shape)
         else:
-            supports, prescribed = _prescribe(f"prescribed {where}", supports, floats("prescribed", self.prescribed))
-        object.__setattr__(self, "forces", require_finite(f"forces {where}", forces))
+            name = f"{where} prescribed"
+            supports, prescribed = _prescribe(name, supports, floats(name, self.prescribed))
+        object.__setattr__(self, "forces", require_finite(f"{where} forces", forces))
         object.__setattr__(self, "supports", supports)
         object.__setattr__(self, "prescribed", prescribed)
 
