@@ -1,4 +1,4 @@
-"""The cell types, with the nodes of each in VTK order: their edges, their facets, and what they bound."""
+"""The cell types, with the nodes of each in VTK order: their edges, facets and corners."""
 
 from dataclasses import dataclass
 
@@ -7,34 +7,46 @@ import numpy as np
 from springopt.checks import Floats, Integers, integers, require_shape
 from springopt.errors import UserError, did_you_mean
 
+#: A corner whose volume is a smaller share of the product of its edges counts as flat.
+FLATNESS = 1e-10
+
 
 @dataclass(frozen=True)
 class CellType:
-    """One kind of cell: the local numbers of the nodes of each edge and each facet."""
+    """One kind of cell: the local numbers of the nodes of each edge and each facet, and each corner's neighbours.
+
+    A corner is followed by its neighbours in right-handed order.
+    """
 
     dimension: int
     node_count: int
     edges: tuple[tuple[int, ...], ...]
     facets: tuple[tuple[int, ...], ...]
+    corners: tuple[tuple[int, ...], ...]
 
 
 _TRIANGLE_EDGES = ((0, 1), (1, 2), (2, 0))
 _QUAD_EDGES = ((0, 1), (1, 2), (2, 3), (3, 0))
 
 CELL_TYPES = {
-    "triangle": CellType(2, 3, _TRIANGLE_EDGES, _TRIANGLE_EDGES),
-    "quad": CellType(2, 4, _QUAD_EDGES, _QUAD_EDGES),
+    "triangle": CellType(2, 3, _TRIANGLE_EDGES, _TRIANGLE_EDGES, ((0, 1, 2),)),
+    "quad": CellType(2, 4, _QUAD_EDGES, _QUAD_EDGES, ((0, 1, 3), (1, 2, 0), (2, 3, 1), (3, 0, 2))),
     "tetra": CellType(
         3,
         4,
         ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)),
         ((0, 1, 2), (0, 1, 3), (1, 2, 3), (0, 2, 3)),
+        ((0, 1, 2, 3),),
     ),
     "hexahedron": CellType(
         3,
         8,
         (*_QUAD_EDGES, (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)),
         ((0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
+        (
+            *((0, 1, 3, 4), (1, 2, 0, 5), (2, 3, 1, 6), (3, 0, 2, 7)),
+            *((4, 7, 5, 0), (5, 4, 6, 1), (6, 5, 7, 2), (7, 6, 4, 3)),
+        ),
     ),
 }
 
@@ -63,6 +75,20 @@ def require_nodes(name: str, numbers: Integers, node_count: int) -> Integers:
             f"but the nodes are numbered 0 to {node_count - 1}."
         )
     return numbers
+
+
+def require_regular_cells(nodes: Floats, cells: Integers, cell_type: str) -> None:
+    """Refuses cells with a corner that is flat or turned inside out, the first by its number."""
+    corners = nodes[cells[:, CELL_TYPES[cell_type].corners]]
+    arms = corners[:, :, 1:] - corners[:, :, :1]
+    volumes = np.linalg.det(arms)
+    limits = FLATNESS * np.prod(np.linalg.norm(arms, axis=3), axis=2)
+    wrong = np.flatnonzero(np.any(volumes <= limits, axis=1))
+    if len(wrong):
+        cell = wrong[0]
+        if np.all(volumes[cell] < -limits[cell]):
+            raise UserError(f"cells[{cell}] is inverted: list its nodes in VTK order, right-handed.")
+        raise UserError(f"cells[{cell}] is degenerate: it is flat or turned inside out at a corner; move its nodes.")
 
 
 def edges(cells: Integers, cell_type: str) -> Integers:
