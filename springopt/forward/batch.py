@@ -1,0 +1,112 @@
+"""Many small systems: the load cases grouped by their supports, every group's equilibria found in one kernel call."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from springopt.effects.effect import Effect
+from springopt.forward.floating import net_forces_on_floating_parts
+from springopt.forward.newton import Answers, Jobs, find_equilibria, make_lanes
+from springopt.forward.plan import Plan, make_plan
+from springopt.forward.status import MECHANISM
+from springopt.lattice import SpringLattice
+from springopt.load_case import LoadCase
+
+ITERATION_LIMIT = 500
+
+
+@dataclass(frozen=True)
+class Group:
+    """Load cases with the same supports, in one plan."""
+
+    plan: Plan
+    cases: NDArray[np.int64]  #: which of the load cases, shape (g,)
+    forces: NDArray[np.float64]  #: shape (g, n d)
+    prescribed: NDArray[np.float64]  #: shape (g, n d)
+
+
+@dataclass(frozen=True)
+class Equilibria:
+    """Answers of the forward solve for m candidates and c load cases."""
+
+    displacements: NDArray[np.float64]  #: [length], shape (m, c, n d)
+    codes: NDArray[np.int8]  #: see `status`, shape (m, c)
+    residuals: NDArray[np.float64]  #: largest out-of-balance force of a free degree of freedom, shape (m, c)
+    energies: NDArray[np.float64]  #: strain energy less forces . displacements, shape (m, c)
+    iterations: NDArray[np.int64]  #: shape (m, c)
+
+
+def group_by_supports(
+    lattice: SpringLattice, cases: Sequence[LoadCase], effects: Sequence[Effect] = ()
+) -> tuple[Group, ...]:
+    """One group for each set of supports, in the order of their first load case."""
+    members: dict[bytes, list[int]] = {}
+    for number, case in enumerate(cases):
+        members.setdefault(case.supports.tobytes(), []).append(number)
+    constant = constant_forces(lattice, effects).ravel()
+    return tuple(
+        Group(
+            plan=make_plan(lattice, cases[numbers[0]].supports),
+            cases=np.array(numbers, dtype=np.int64),
+            forces=np.array([cases[i].forces.ravel() + constant for i in numbers]),
+            prescribed=np.array([cases[i].prescribed.ravel() for i in numbers]),
+        )
+        for numbers in members.values()
+    )
+
+
+def constant_forces(lattice: SpringLattice, effects: Sequence[Effect]) -> NDArray[np.float64]:
+    """The sum of what the effects bring as constant nodal forces, shape (n, d)."""
+    total = np.zeros(lattice.nodes.shape)
+    for effect in effects:
+        forces = effect.constant_forces(lattice)
+        if forces is not None:
+            total += forces
+    return total
+
+
+def find(groups: Sequence[Group], stiffness: NDArray[np.float64], *, tolerance: float) -> Equilibria:
+    """The equilibria of all candidates (m, s) under the load cases of all groups."""
+    candidate_count = len(stiffness)
+    case_count = sum(len(group.cases) for group in groups)
+    unknown_count = groups[0].plan.nodes.size if groups else 0
+    shape = (candidate_count, case_count)
+    equilibria = Equilibria(
+        displacements=np.zeros((*shape, unknown_count)),
+        codes=np.zeros(shape, dtype=np.int8),
+        residuals=np.zeros(shape),
+        energies=np.zeros(shape),
+        iterations=np.zeros(shape, dtype=np.int64),
+    )
+    for group in groups:
+        _find_group(group, stiffness, tolerance, equilibria)
+    return equilibria
+
+
+def _find_group(group: Group, stiffness: NDArray[np.float64], tolerance: float, equilibria: Equilibria) -> None:
+    plan, case_count = group.plan, len(group.cases)
+    is_supported = np.zeros(plan.nodes.size, dtype=np.bool_)
+    is_supported[plan.supported] = True
+    net = net_forces_on_floating_parts(plan.ends, stiffness, is_supported, group.forces, plan.dimension)
+    is_mechanism = net > tolerance * np.abs(group.forces).max(axis=1, initial=0.0)
+    candidates, cases = np.nonzero(~is_mechanism)
+    jobs = Jobs(candidates, cases, stiffness, group.forces, group.prescribed)
+    answers = Answers(
+        displacements=np.zeros((len(cases), plan.nodes.size)),
+        codes=np.zeros(len(cases), dtype=np.int8),
+        residuals=np.zeros(len(cases)),
+        energies=np.zeros(len(cases)),
+        iterations=np.zeros(len(cases), dtype=np.int64),
+    )
+    find_equilibria(plan, jobs, make_lanes(plan, len(plan.ends)), answers, tolerance, ITERATION_LIMIT)
+    at = (candidates, group.cases[cases])
+    equilibria.displacements[:, group.cases] = group.prescribed
+    equilibria.codes[:, group.cases] = MECHANISM
+    equilibria.residuals[:, group.cases] = net
+    equilibria.displacements[at] = answers.displacements
+    equilibria.codes[at] = answers.codes
+    equilibria.residuals[at] = answers.residuals
+    equilibria.energies[at] = answers.energies
+    equilibria.iterations[at] = answers.iterations

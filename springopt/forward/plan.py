@@ -1,0 +1,140 @@
+"""What all equilibria of a lattice with the same supports share: the numbering of the unknowns and where springs add up.
+
+Nodes with a free degree of freedom become block rows of the tangent, in the order that gives the slimmest envelope
+among the axes' lexicographic orders and reverse Cuthill-McKee (axes alone suffice on grids). A supported degree of
+freedom of a partly free node stays in its block as a pinned row.
+"""
+
+from itertools import permutations
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from springopt.lattice import SpringLattice
+
+
+class Plan(NamedTuple):
+    """Arrays that the kernels read; a NamedTuple because numba takes those as they are."""
+
+    dimension: int
+    nodes: NDArray[np.float64]  # (n, d)
+    ends: NDArray[np.int64]  # (s, 2)
+    rest_vectors: NDArray[np.float64]  # (s, d), from the first end to the second
+    lengths: NDArray[np.float64]  # (s,), of the rest vectors
+    natural_lengths: NDArray[np.float64]  # (s,), L0
+    prestrains: NDArray[np.float64]  # (s,), |D| - L0
+    block_of: NDArray[np.int64]  # (n,), block row of a node, -1 if it is held
+    first: NDArray[np.int64]  # (B,), first block of each block row
+    start: NDArray[np.int64]  # (B,), position of that block in the envelope
+    block_count: int
+    block_rows: NDArray[np.int64]  # (s, 3), rows of the tangent where blocks (i, i), (j, j), (i, j) begin, -1: none
+    pinned: NDArray[np.int64]  # supported degrees of freedom of partly free nodes, as unknowns
+    pinned_rows: NDArray[np.int64]  # rows of the tangent to clear for them
+    supported: NDArray[np.int64]  # supported degrees of freedom, as node * d + axis
+    step_limit: float  # how far a node moves in a first step: a typical spring's length
+
+
+def make_plan(lattice: SpringLattice, supports: NDArray[np.bool_]) -> Plan:
+    """The plan for supports (n, d)."""
+    d = lattice.dimension
+    ends = np.ascontiguousarray(lattice.springs, dtype=np.int64)
+    rest_vectors = lattice.nodes[ends[:, 1]] - lattice.nodes[ends[:, 0]]
+    lengths = np.sqrt((rest_vectors**2).sum(axis=1))
+    block_of, first = _slimmest_order(lattice, ends, ~supports.all(axis=1))
+    widths = np.arange(len(first)) - first + 1
+    start = np.cumsum(widths) - widths
+    pinned, pinned_rows = _pinned(supports, block_of, first, start)
+    return Plan(
+        dimension=d,
+        nodes=np.ascontiguousarray(lattice.nodes, dtype=np.float64),
+        ends=ends,
+        rest_vectors=rest_vectors,
+        lengths=lengths,
+        natural_lengths=np.ascontiguousarray(lattice.rest_lengths, dtype=np.float64),
+        prestrains=_prestrains(lengths, lattice.rest_lengths),
+        block_of=block_of,
+        first=first,
+        start=start,
+        block_count=int(widths.sum()),
+        block_rows=_block_rows(ends, block_of, first, start, d),
+        pinned=pinned,
+        pinned_rows=pinned_rows,
+        supported=np.flatnonzero(supports.ravel()),
+        step_limit=_typical_length(lengths, lattice.rest_lengths),
+    )
+
+
+def _prestrains(lengths: NDArray[np.float64], natural: NDArray[np.float64]) -> NDArray[np.float64]:
+    # A rest length given as the rounded distance is meant as the distance.
+    prestrains = lengths - natural
+    prestrains[np.abs(prestrains) <= 4e-16 * lengths] = 0.0
+    return prestrains
+
+
+def _typical_length(lengths: NDArray[np.float64], natural: NDArray[np.float64]) -> float:
+    for candidates in (lengths, natural):
+        positive = candidates[candidates > 0]
+        if len(positive):
+            return float(np.median(positive))
+    return 1.0
+
+
+def _slimmest_order(
+    lattice: SpringLattice, ends: NDArray[np.int64], is_free: NDArray[np.bool_]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """(block_of, first) of the order with the least work to factorize."""
+    best: tuple[float, NDArray[np.int64], NDArray[np.int64]] | None = None
+    for axes in permutations(range(lattice.dimension)):
+        order = np.lexsort([lattice.nodes[:, a] for a in axes])
+        order = order[is_free[order]]
+        block_of = np.full(len(is_free), -1, dtype=np.int64)
+        block_of[order] = np.arange(len(order))
+        first = _first_neighbours(ends, block_of, len(order))
+        work = float(((np.arange(len(first)) - first + 1.0) ** 2).sum())
+        if best is None or work < best[0]:
+            best = work, block_of, first
+    assert best is not None  # a dimension has at least one axis
+    return best[1], best[2]
+
+
+def _first_neighbours(ends: NDArray[np.int64], block_of: NDArray[np.int64], count: int) -> NDArray[np.int64]:
+    first = np.arange(count, dtype=np.int64)
+    blocks = block_of[ends]
+    blocks = blocks[(blocks >= 0).all(axis=1)]
+    np.minimum.at(first, blocks.max(axis=1), blocks.min(axis=1))
+    return first
+
+
+def _block_rows(
+    ends: NDArray[np.int64],
+    block_of: NDArray[np.int64],
+    first: NDArray[np.int64],
+    start: NDArray[np.int64],
+    d: int,
+) -> NDArray[np.int64]:
+    rows = np.full((len(ends), 3), -1, dtype=np.int64)
+    i, j = block_of[ends].T
+    for column, (a, b) in enumerate(((i, i), (j, j), (np.maximum(i, j), np.minimum(i, j)))):
+        exists = (a >= 0) & (b >= 0)
+        rows[exists, column] = (start[a[exists]] + b[exists] - first[a[exists]]) * d * d
+    return rows
+
+
+def _pinned(
+    supports: NDArray[np.bool_], block_of: NDArray[np.int64], first: NDArray[np.int64], start: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Unknowns that supports hold, and the rows of the tangent in their rows and columns."""
+    d = supports.shape[1]
+    nodes, axes = np.nonzero(supports & (block_of >= 0)[:, None])
+    pinned = block_of[nodes] * d + axes
+    rows: list[int] = []
+    for block, axis in zip(block_of[nodes], axes, strict=True):
+        for column in range(first[block], block + 1):
+            at = (start[block] + column - first[block]) * d * d
+            rows += [at + axis * d + b for b in range(d)]
+        for row in range(block, len(first)):
+            if first[row] <= block:
+                at = (start[row] + block - first[row]) * d * d
+                rows += [at + a * d + axis for a in range(d)]
+    return pinned.astype(np.int64), np.unique(np.array(rows, dtype=np.int64))

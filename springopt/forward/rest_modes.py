@@ -1,0 +1,57 @@
+"""How far a candidate without an equilibrium is from having one: what its load moves at rest without resistance."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from springopt.forward.batch import Group
+from springopt.forward.plan import Plan
+from springopt.forward.status import has_equilibrium
+
+# Singular values of unit-length spring directions; the smallest nonzero ones of a lattice of n nodes are about 1 / n.
+ZERO = 1e-8
+
+
+def loaded_share(groups: Sequence[Group], stiffness: NDArray[np.float64], codes: NDArray[np.int8]) -> float:
+    """The mean over all load cases of the share of free degrees of freedom that the load moves in zero modes at rest.
+
+    `stiffness` (s,) of one candidate; `codes` (c,) its statuses: a load case with an equilibrium counts as 0.
+    """
+    total = 0.0
+    for group in groups:
+        failed = ~has_equilibrium(codes[group.cases])
+        if failed.any():
+            free, modes = rest_zero_modes(group.plan, stiffness > 0)
+            for forces in group.forces[failed]:
+                moved = modes.T @ (modes @ forces[free])
+                largest = np.abs(forces).max(initial=0.0)
+                total += np.count_nonzero(np.abs(moved) > ZERO * largest) / max(len(free), 1)
+    return total / len(codes)
+
+
+def rest_zero_modes(plan: Plan, exists: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """(free degrees of freedom (f,), orthonormal modes (z, f)) that change no existing spring's length to first order.
+
+    A spring with rest vector 0 and L0 = 0 resists every direction. How stiff the springs are plays no part.
+    """
+    d = plan.dimension
+    free = np.setdiff1d(np.arange(plan.nodes.size), plan.supported)
+    springs = np.flatnonzero(exists)
+    is_point = plan.lengths[springs] == 0.0
+    lines, points = springs[~is_point], springs[is_point & (plan.natural_lengths[springs] == 0.0)]
+    directions = plan.rest_vectors[lines] / plan.lengths[lines, None]
+    rows = [_row_block(plan, lines, directions)]
+    rows += [_row_block(plan, points, np.tile(np.eye(d)[a], (len(points), 1))) for a in range(d)]
+    compatibility = np.vstack(rows)[:, free]
+    values, vectors = np.linalg.eigh(compatibility.T @ compatibility)
+    return free, vectors[:, values <= ZERO].T
+
+
+def _row_block(plan: Plan, springs: NDArray[np.int64], directions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Elongation of the springs by displacements, shape (len(springs), n d)."""
+    block = np.zeros((len(springs), *plan.nodes.shape))
+    rows = np.arange(len(springs))
+    block[rows, plan.ends[springs, 1]] += directions
+    block[rows, plan.ends[springs, 0]] -= directions
+    return block.reshape(len(springs), plan.nodes.size)

@@ -1,0 +1,165 @@
+"""The model: a lattice and its effects, solved for given stiffness and load cases."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from springopt.checks import Floats, floats, require_nonnegative, require_positive, require_shape
+from springopt.effects.effect import Effect
+from springopt.errors import UserError
+from springopt.forward.batch import Equilibria, Group, constant_forces, find, group_by_supports
+from springopt.forward.sensitivity import tangents
+from springopt.forward.status import STATUSES, Status
+from springopt.lattice import SpringLattice
+from springopt.load_case import LoadCase
+
+TOLERANCE = 1e-8
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """A mass-spring model whose stiffness is still open."""
+
+    lattice: SpringLattice
+    effects: Sequence[Effect] = ()  #: what acts beside the springs
+
+    def __post_init__(self) -> None:
+        effects = tuple(self.effects or ())
+        for effect in effects:
+            if not isinstance(effect, Effect):
+                raise UserError(
+                    f"effects must be a list of Effect, not {type(effect).__name__}; try Gravity((0, -9.81))."
+                )
+        object.__setattr__(self, "effects", effects)
+        constant_forces(self.lattice, effects)  # refuses options that do not fit the lattice, here and not later
+
+    def solve(self, stiffness: ArrayLike, cases: Sequence[LoadCase], tolerance: float = TOLERANCE) -> "Solution":
+        """The equilibria of one candidate, stiffness [force/length] (s,), where 0 is no spring.
+
+        `tolerance` bounds the out-of-balance force in relation to the largest of loads, reactions and prestress.
+        A load case that has no equilibrium says so in its status and never raises.
+        """
+        candidate = require_shape("stiffness", floats("stiffness", stiffness), (self.lattice.spring_count,))
+        batch = self.solve_many(candidate[None], cases, tolerance)
+        return Solution(batch, candidate, self.groups(cases))
+
+    def solve_many(self, stiffness: ArrayLike, cases: Sequence[LoadCase], tolerance: float = TOLERANCE) -> "Batch":
+        """The equilibria of many candidates, stiffness (m, s); each depends on its own row alone."""
+        candidates = require_shape("stiffness", floats("stiffness", stiffness), ("m", self.lattice.spring_count))
+        require_nonnegative("stiffness", candidates)
+        require_positive("tolerance", tolerance)
+        groups = self.groups(cases)
+        return Batch(find(groups, candidates, tolerance=tolerance), self.lattice, cases, self.effects)
+
+    def groups(self, cases: Sequence[LoadCase]) -> tuple[Group, ...]:
+        """The load cases as the forward solve takes them, grouped by their supports."""
+        if not cases:
+            raise UserError("At least one load case is needed to solve a model; none came.")
+        for case in cases:
+            if case.forces.shape != self.lattice.nodes.shape:
+                raise UserError(
+                    f"Load case {case.name!r} has forces of shape {case.forces.shape}, "
+                    f"but the lattice has nodes of shape {self.lattice.nodes.shape}."
+                )
+        return group_by_supports(self.lattice, cases, self.effects)
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """Equilibria of m candidates under c load cases."""
+
+    equilibria: Equilibria
+    lattice: SpringLattice = field(repr=False)
+    cases: Sequence[LoadCase] = field(repr=False)
+    effects: Sequence[Effect] = field(default=(), repr=False)
+
+    @cached_property
+    def displacements(self) -> Floats:
+        """[length], shape (m, c, n, d)."""
+        u = self.equilibria.displacements
+        return u.reshape(*u.shape[:2], *self.lattice.nodes.shape)
+
+    @cached_property
+    def positions(self) -> Floats:
+        """[length], shape (m, c, n, d); without an equilibrium, where the search ended."""
+        return self.lattice.nodes + self.displacements
+
+    @cached_property
+    def status(self) -> NDArray[np.object_]:
+        """A `Status` for each candidate and load case, shape (m, c)."""
+        return STATUSES[self.equilibria.codes]
+
+    @property
+    def residual(self) -> Floats:
+        """The largest out-of-balance force of a free degree of freedom, shape (m, c)."""
+        return self.equilibria.residuals
+
+    @cached_property
+    def energy(self) -> Floats:
+        """Strain energy less forces . positions, weights included, shape (m, c)."""
+        weight = constant_forces(self.lattice, self.effects)
+        at_rest = [np.vdot(case.forces + weight, self.lattice.nodes) for case in self.cases]
+        return self.equilibria.energies - np.array(at_rest)
+
+    @property
+    def iterations(self) -> NDArray[np.int64]:
+        """Evaluations of force and tangent, shape (m, c)."""
+        return self.equilibria.iterations
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """Equilibria of one candidate under c load cases: the first axis of `Batch` taken off."""
+
+    batch: Batch
+    stiffness: Floats = field(repr=False)
+    groups: tuple[Group, ...] = field(repr=False)
+
+    @property
+    def displacements(self) -> Floats:
+        """[length], shape (c, n, d)."""
+        return self.batch.displacements[0]
+
+    @property
+    def positions(self) -> Floats:
+        """[length], shape (c, n, d); without an equilibrium, where the search ended."""
+        return self.batch.positions[0]
+
+    @property
+    def status(self) -> NDArray[np.object_]:
+        """A `Status` for each load case, shape (c,)."""
+        return self.batch.status[0]
+
+    @property
+    def residual(self) -> Floats:
+        """The largest out-of-balance force of a free degree of freedom, shape (c,)."""
+        return self.batch.residual[0]
+
+    @property
+    def energy(self) -> Floats:
+        """Strain energy less forces . positions, weights included, shape (c,)."""
+        return self.batch.energy[0]
+
+    @cached_property
+    def zero_modes(self) -> list[Floats]:
+        """For each load case that is underdetermined, its modes without stiffness, orthonormal, shape (modes, n, d)."""
+        modes = [np.zeros((0, *self.batch.lattice.nodes.shape)) for _ in self.batch.cases]
+        for group in self.groups:
+            for row, number in enumerate(group.cases):
+                if self.status[number] == Status.UNDERDETERMINED:
+                    modes[number] = _zero_modes(group, self.stiffness, self.displacements[number].ravel())
+        return modes
+
+
+def _zero_modes(group: Group, stiffness: Floats, displacements: Floats) -> Floats:
+    nodes = group.plan.nodes
+    free = np.setdiff1d(np.arange(nodes.size), group.plan.supported)
+    tangent = tangents(group, stiffness, displacements[None])[0][np.ix_(free, free)]
+    values, vectors = np.linalg.eigh(tangent)
+    is_zero = np.abs(values) <= 1e-10 * max(np.abs(values).max(initial=0.0), np.finfo(float).tiny)
+    modes = np.zeros((np.count_nonzero(is_zero), nodes.size))
+    modes[:, free] = vectors[:, is_zero].T
+    return modes.reshape(-1, *nodes.shape)

@@ -1,0 +1,218 @@
+"""The objective: the misfits of the training load cases, weighted and added to one number; its gradient and residuals."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from springopt.checks import Floats, floats, require_finite, require_nonnegative, require_positive, require_shape
+from springopt.errors import NoEquilibrium, UserError, did_you_mean
+from springopt.forward.batch import Equilibria, Group, find, group_by_supports
+from springopt.forward.rest_modes import loaded_share
+from springopt.forward.sensitivity import gradients, jacobians
+from springopt.forward.status import STATUSES, Status, has_equilibrium
+from springopt.load_case import LoadCase
+from springopt.misfit import MISFITS
+from springopt.model import TOLERANCE, Model, Solution
+
+#: The cost cap, in misfits of a body whose every node is off by this many times its size.
+CAP_SIZES = 100.0
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """What the objective says of m candidates."""
+
+    values: Floats  #: never nan, shape (m,)
+    codes: NDArray[np.int8]  #: the worst status over the training load cases, see `forward.status`, shape (m,)
+    solves: int  #: equilibria that were sought
+
+
+@dataclass(frozen=True)
+class CaseError:
+    """How far the model is from the reference in one load case."""
+
+    name: str
+    role: str
+    distance: float  #: mean node distance [length]
+    relative_distance: float  #: the same over the smallest rest length
+    least_squares: float  #: half the sum of squared coordinate differences
+    max_distance: float  #: of any node [length]
+    status: Status
+
+
+@dataclass(frozen=True, eq=False)
+class Objective:
+    """The distance of a model from reference positions, as a function of the stiffness (s,).
+
+    Training load cases enter the value; test load cases are reported only.
+    """
+
+    model: Model
+    cases: Sequence[LoadCase]
+    reference_positions: Floats  #: [length], shape (c, n, d)
+    minimize: str = "distance"  #: "distance", "relative-distance" or "least-squares"
+    weights: Floats | None = None  #: one for each load case; by default 1
+    tolerance: float = TOLERANCE  #: of the forward solve
+    #: The value of a candidate without an equilibrium, before its grading; values above it are cut down to it.
+    cost_cap: float | None = None
+
+    def __post_init__(self) -> None:
+        shape = (len(self.cases), *self.model.lattice.nodes.shape)
+        reference = require_shape("reference_positions", floats("reference_positions", self.reference_positions), shape)
+        object.__setattr__(self, "reference_positions", require_finite("reference_positions", reference))
+        if self.minimize not in MISFITS:
+            names = ", ".join(MISFITS)
+            raise UserError(
+                f"minimize must be one of {names}, not {self.minimize!r}.{did_you_mean(self.minimize, MISFITS)}"
+            )
+        if not len(self._training):
+            raise UserError(
+                "An objective needs at least one load case with the role 'train'; all have the role 'test'."
+            )
+        weights = np.ones(len(self.cases)) if self.weights is None else floats("weights", self.weights)
+        require_shape("weights", require_nonnegative("weights", weights), (len(self.cases),))
+        object.__setattr__(self, "weights", weights)
+        require_positive("tolerance", self.tolerance)
+        cap = self._default_cap() if self.cost_cap is None else self.cost_cap
+        object.__setattr__(self, "cost_cap", float(require_positive("cost_cap", cap)))
+
+    def evaluate(self, stiffness: ArrayLike) -> Evaluation:
+        """The values of many candidates (m, s).
+
+        A candidate that has no equilibrium in some training load case costs the cap times one plus the mean share of
+        its unknowns that the load moves without resistance: the fewer, the cheaper.
+        """
+        candidates = self._candidates(stiffness)
+        equilibria = find(self._groups, candidates, tolerance=self.tolerance)
+        misfits = self._misfit.value(self._differences(equilibria), self.smallest_rest_length)
+        values = np.minimum(misfits @ self._training_weights, self._cap)
+        for m in np.flatnonzero(~has_equilibrium(equilibria.codes).all(axis=1)):
+            values[m] = self._cap * (1.0 + loaded_share(self._groups, candidates[m], equilibria.codes[m]))
+        return Evaluation(values, equilibria.codes.max(axis=1), equilibria.codes.size)
+
+    def gradient(self, stiffness: ArrayLike) -> tuple[float, Floats]:
+        """Value and gradient (s,) of one candidate (s,), by the adjoint method; raises NoEquilibrium."""
+        candidate, equilibria = self._equilibrium(stiffness)
+        differences = self._differences(equilibria)[0]
+        value = float(self._misfit.value(differences, self.smallest_rest_length) @ self._training_weights)
+        loads = self._misfit.gradient(differences, self.smallest_rest_length) * self._training_weights[:, None, None]
+        loads = loads.reshape(len(loads), -1)
+        total = np.zeros(len(candidate))
+        for group in self._groups:
+            u = equilibria.displacements[0, group.cases]
+            total += gradients(group, candidate, u, loads[group.cases]).sum(axis=0)
+        return value, total
+
+    def residuals(self, stiffness: ArrayLike) -> Floats:
+        """The weighted coordinate differences (r,) whose half sum of squares is the least-squares value."""
+        _, equilibria = self._equilibrium(stiffness)
+        return (self._differences(equilibria)[0] * self._root_weights).ravel()
+
+    def jacobian(self, stiffness: ArrayLike) -> tuple[Floats, Floats]:
+        """The residuals (r,) and their derivatives (r, s) with respect to the stiffness; raises NoEquilibrium."""
+        candidate, equilibria = self._equilibrium(stiffness)
+        differences = self._differences(equilibria)[0]
+        derivatives = np.empty((len(differences), differences[0].size, len(candidate)))
+        for group in self._groups:
+            derivatives[group.cases] = jacobians(group, candidate, equilibria.displacements[0, group.cases])
+        weights = self._root_weights
+        return (differences * weights).ravel(), (derivatives * weights).reshape(-1, len(candidate))
+
+    def solution(self, stiffness: ArrayLike) -> Solution:
+        """The equilibria of one candidate in all load cases, training and test."""
+        return self.model.solve(stiffness, self.cases, self.tolerance)
+
+    def errors(self, stiffness: ArrayLike) -> list[CaseError]:
+        """The error of one candidate in each load case, training and test, in every definition."""
+        solution = self.solution(stiffness)
+        smallest = self.smallest_rest_length
+        differences = solution.positions - self.reference_positions
+        return [
+            CaseError(
+                name=case.name,
+                role=case.role,
+                distance=float(MISFITS["distance"].value(difference, smallest)),
+                relative_distance=float(MISFITS["relative-distance"].value(difference, smallest)),
+                least_squares=float(MISFITS["least-squares"].value(difference, smallest)),
+                max_distance=float(np.sqrt((difference**2).sum(axis=-1)).max()),
+                status=status,
+            )
+            for case, difference, status in zip(self.cases, differences, solution.status, strict=True)
+        ]
+
+    def totals(self, stiffness: ArrayLike) -> dict[str, float]:
+        """The weighted sum over the training load cases in every definition."""
+        _, equilibria = self._equilibrium(stiffness)
+        differences = self._differences(equilibria)[0]
+        smallest = self.smallest_rest_length
+        return {name: float(m.value(differences, smallest) @ self._training_weights) for name, m in MISFITS.items()}
+
+    @cached_property
+    def smallest_rest_length(self) -> float:
+        """The smallest positive rest length of the lattice, by which the paper divides its errors."""
+        lengths = self.model.lattice.rest_lengths
+        positive = lengths[lengths > 0]
+        return float(positive.min()) if len(positive) else 1.0
+
+    @cached_property
+    def _training(self) -> NDArray[np.int64]:
+        return np.flatnonzero([case.role == "train" for case in self.cases])
+
+    @cached_property
+    def _training_weights(self) -> Floats:
+        assert self.weights is not None
+        return self.weights[self._training]
+
+    @cached_property
+    def _root_weights(self) -> Floats:
+        return np.sqrt(self._training_weights)[:, None, None]
+
+    @property
+    def _cap(self) -> float:
+        assert self.cost_cap is not None
+        return self.cost_cap
+
+    @cached_property
+    def _misfit(self):  # type: ignore[no-untyped-def]
+        return MISFITS[self.minimize]
+
+    @cached_property
+    def _groups(self) -> tuple[Group, ...]:
+        training = [self.cases[i] for i in self._training]
+        self.model.groups(training)  # checks that they fit the lattice
+        return group_by_supports(self.model.lattice, training, self.model.effects)
+
+    @cached_property
+    def _training_displacements(self) -> Floats:
+        displacements = self.reference_positions[self._training] - self.model.lattice.nodes
+        return displacements.reshape(len(self._training), -1)
+
+    def _default_cap(self) -> float:
+        nodes = self.model.lattice.nodes
+        size = float(np.linalg.norm(np.ptp(nodes, axis=0))) or 1.0
+        off = np.zeros((len(self._training), *nodes.shape))
+        off[..., 0] = CAP_SIZES * size
+        return float(self._misfit.value(off, self.smallest_rest_length) @ self._training_weights)
+
+    def _differences(self, equilibria: Equilibria) -> Floats:
+        """Model less reference in the training load cases, shape (m, c, n, d)."""
+        differences = equilibria.displacements - self._training_displacements
+        return differences.reshape(*differences.shape[:2], *self.model.lattice.nodes.shape)
+
+    def _candidates(self, stiffness: ArrayLike) -> Floats:
+        candidates = floats("stiffness", stiffness)
+        require_shape("stiffness", candidates, ("m", self.model.lattice.spring_count))
+        return require_nonnegative("stiffness", candidates)
+
+    def _equilibrium(self, stiffness: ArrayLike) -> tuple[Floats, Equilibria]:
+        candidate = require_shape("stiffness", floats("stiffness", stiffness), (self.model.lattice.spring_count,))
+        equilibria = find(self._groups, self._candidates(candidate[None]), tolerance=self.tolerance)
+        failed = ~has_equilibrium(equilibria.codes[0])
+        if failed.any():
+            number = int(np.flatnonzero(failed)[0])
+            name, status = self.cases[self._training[number]].name, STATUSES[equilibria.codes[0, number]]
+            raise NoEquilibrium(f"Load case {name!r} has no equilibrium at this stiffness: {status}.")
+        return candidate, equilibria
