@@ -1,0 +1,130 @@
+"""An optimizer at work on a scene that is ready: it runs, and what came of it is written down."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from springopt.budget import Budget
+from springopt.errors import BudgetSpent, PluginError
+from springopt.interrupt import Interrupted, held_interrupts
+from springopt.journal import Journal, run_path
+from springopt.meter import Meter
+from springopt.optimizer import Optimizer, require_supplies
+from springopt.problem import Problem
+from springopt.run import Order, Run, WhyStopped
+from springopt.store import RunFile, write
+
+if TYPE_CHECKING:
+    from springopt.scene import Setup
+
+Progress = Callable[[int, int | None, float, float], None]  # evaluations, of how many, best value, seconds
+
+PROGRESS_SECONDS = 0.1
+
+
+def execute(
+    order: Order, setup: Setup, optimizer: Optimizer, journal: Journal | None = None, progress: Progress | None = None
+) -> Run:
+    """Runs the optimizer to its end; with a journal, the run file takes its place then."""
+    _compile(setup)
+    with held_interrupts() as pressed:
+        budget, watch = Budget(**order.budget), _watcher(progress, pressed)
+        problem = Problem(setup.objective, setup.encoding, budget, journal, watch=watch)
+        require_supplies(optimizer, problem.supplies)
+        why = _minimize(optimizer, problem, np.random.default_rng(order.seed))
+        run = _result(order, setup, problem, why, journal and run_path(journal.path))
+        if progress:
+            _tell(progress, problem.meter)
+        if journal:
+            write(run_path(journal.path), _run_file(order, setup, run), journal.answers())
+            journal.delete()
+        return run
+
+
+def _compile(setup: Setup) -> None:
+    """Has the kernels compiled before the clock starts: their seconds are no part of the run."""
+    setup.objective.evaluate(setup.encoding.decode(setup.encoding.upper[None]))
+
+
+def _minimize(optimizer: Optimizer, problem: Problem, rng: np.random.Generator) -> WhyStopped:
+    meter = problem.meter
+    try:
+        optimizer.minimize(problem, rng)
+        spent = meter.room() < 1
+    except BudgetSpent:
+        spent = True
+    except Interrupted:
+        if meter.best_point is None:
+            raise KeyboardInterrupt from None
+        return "interrupted"
+    if meter.target_reached:
+        return "target"
+    return "budget" if spent else "optimizer finished"
+
+
+def _watcher(progress: Progress | None, pressed: Callable[[], bool]) -> Callable[[Meter], None]:
+    """Looks at the keyboard before each solve, and tells the progress now and then."""
+    told = -math.inf
+
+    def watch(meter: Meter) -> None:
+        nonlocal told
+        if pressed():
+            raise Interrupted
+        if progress and meter.history and time.perf_counter() - told >= PROGRESS_SECONDS:
+            told = time.perf_counter()
+            _tell(progress, meter)
+
+    return watch
+
+
+def _tell(progress: Progress, meter: Meter) -> None:
+    progress(meter.evaluations, meter.budget.evaluations, meter.best_value, meter.clock.read()[0])
+
+
+def _result(order: Order, setup: Setup, problem: Problem, why: WhyStopped, path: Path | None) -> Run:
+    meter, point = problem.meter, problem.best_point
+    if point is None:
+        raise PluginError(
+            f"optimizer {order.optimizer} ended without the value of a single candidate; "
+            "give it more budget, or choose another."
+        )
+    seconds, processor_seconds = meter.clock.read()
+    stiffness = setup.encoding.decode(point)
+    return Run(
+        objective=meter.best_value,
+        evaluations=meter.evaluations,
+        solves=meter.solves,
+        seconds=seconds,
+        processor_seconds=processor_seconds,
+        stiffness=stiffness,
+        point=point,
+        classes=setup.encoding.describe(point),
+        errors=[asdict(error) for error in setup.objective.errors(stiffness)],
+        optimizer=order.optimizer,
+        options=order.options,
+        scene=setup.scene.name,
+        seed=order.seed,
+        run=None if path is None else str(path),
+        complete=why != "interrupted",
+        why_stopped=why,
+        history=meter.history,
+        notes=problem.notes,
+    )
+
+
+def _run_file(order: Order, setup: Setup, run: Run) -> RunFile:
+    return RunFile(
+        order=order,
+        run=run,
+        lattice=setup.lattice,
+        cases=setup.cases,
+        reference_positions=setup.reference_positions,
+        positions=setup.objective.solution(run.stiffness).positions,
+    )

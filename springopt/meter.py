@@ -1,0 +1,90 @@
+"""What a run has used of its budget, and the best that it found for it."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+
+from springopt.budget import Budget
+from springopt.checks import Floats
+from springopt.errors import BudgetSpent
+
+
+class Clock:
+    """Wall and processor seconds of a run; it can be set, so that time adds up over resumes and replay is free."""
+
+    def __init__(self) -> None:
+        self.set(0.0, 0.0)
+
+    def set(self, seconds: float, processor_seconds: float) -> None:
+        self._wall_start = time.perf_counter() - seconds
+        self._processor_start = time.process_time() - processor_seconds
+
+    def read(self) -> tuple[float, float]:
+        return time.perf_counter() - self._wall_start, time.process_time() - self._processor_start
+
+
+class Meter:
+    """Counts what was spent and remembers the best; it changes itself because a run has one, from start to end.
+
+    Attributes:
+        evaluations, solves: spent so far.
+        best_value, best_point: the lowest value so far and its point, shape (size,); inf and None at first.
+        history: each improvement as (evaluations spent, value).
+    """
+
+    def __init__(self, budget: Budget, *, solves_each: int) -> None:
+        self.budget = budget
+        self.clock = Clock()
+        self.evaluations = 0
+        self.solves = 0
+        self.best_value = math.inf
+        self.best_point: Floats | None = None
+        self.history: list[tuple[int, float]] = []
+        self._solves_each = solves_each
+
+    @property
+    def target_reached(self) -> bool:
+        return self.budget.target is not None and self.best_value <= self.budget.target
+
+    @property
+    def seconds_left(self) -> float:
+        """Seconds left on the wall; inf without such a limit."""
+        return math.inf if self.budget.seconds is None else self.budget.seconds - self.clock.read()[0]
+
+    def counted_room(self, cost: int = 1) -> float:
+        """Questions at this cost that the counted limits leave, whatever the clock says; inf without such a limit."""
+        if self.target_reached:
+            return 0
+        evaluations, solves = self.budget.evaluations, self.budget.solves
+        room = math.inf if evaluations is None else (evaluations - self.evaluations) // cost
+        return room if solves is None else min(room, (solves - self.solves) // self._solves_each)
+
+    def require_room(self, cost: int) -> None:
+        if self.counted_room(cost) < 1:
+            raise BudgetSpent
+
+    def require_time(self) -> None:
+        if self.seconds_left <= 0:
+            raise BudgetSpent
+
+    def room(self) -> float:
+        """Evaluations left, for an optimizer to read; under a time limit an estimate from the pace so far."""
+        seconds_left = self.seconds_left
+        if seconds_left <= 0:
+            return 0
+        if math.isinf(seconds_left) or not self.evaluations:
+            return self.counted_room()
+        pace = self.evaluations / self.clock.read()[0]
+        return min(self.counted_room(), math.ceil(pace * seconds_left))
+
+    def count(self, points: Floats, values: Sequence[float | None], *, cost: int = 1) -> None:
+        """Charges one answer for each of the points, shape (m, size); a value of None had no equilibrium."""
+        for point, value in zip(points, values, strict=True):
+            self.evaluations += cost
+            self.solves += self._solves_each
+            if value is not None and value < self.best_value:
+                self.best_value = value
+                self.best_point = point.copy()
+                self.history.append((self.evaluations, value))

@@ -1,0 +1,195 @@
+"""What an optimizer sees of a scene: a box, and answers to the points that it asks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, Literal, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from springopt.budget import Budget
+from springopt.checks import Floats, require_shape
+from springopt.errors import UserError
+from springopt.ledger import Ledger
+from springopt.meter import Meter
+from springopt.recorder import Recorder
+
+
+class Encoding(Protocol):
+    """What a problem needs of an encoding; see `springopt.encoding`."""
+
+    @property
+    def kind(self) -> Literal["real", "binary"]: ...
+    @property
+    def size(self) -> int: ...
+    @property
+    def lower(self) -> Floats: ...
+    @property
+    def upper(self) -> Floats: ...
+    def decode(self, points: ArrayLike) -> Floats: ...
+    def pull_back(self, point: ArrayLike, gradient: ArrayLike) -> Floats: ...
+    def sample(self, rng: np.random.Generator, count: int) -> Floats: ...
+
+
+class Objective(Protocol):
+    """What a problem needs of an objective, all of it in stiffness; see `springopt.objective`."""
+
+    @property
+    def minimize(self) -> str: ...
+    @property
+    def tolerance(self) -> float: ...
+    @property
+    def cases(self) -> Sequence[Any]: ...
+    def evaluate(self, stiffness: Floats) -> Any: ...
+    def gradient(self, stiffness: Floats) -> tuple[float, Floats]: ...
+    def residuals(self, stiffness: Floats) -> Floats: ...
+    def jacobian(self, stiffness: Floats) -> tuple[Floats, Floats]: ...
+
+
+class Problem:
+    """An objective over the box of an encoding, within a budget.
+
+    When the budget is spent every question raises `BudgetSpent`, which unwinds any optimizer's loop. A batch that
+    crosses the budget is answered as far as it fits (recorded and counted), and then raises.
+
+    Args:
+        objective: of a stiffness, shape (s,).
+        encoding: from the points of the box to stiffness.
+        budget: when to stop.
+        recorder: keeps every answer, and gives recorded ones again without a solve.
+        watch: called with the meter before each solve; what it raises ends the run between two answers.
+
+    Attributes:
+        size: how many numbers a point has.
+        kind: "real", or "binary" where every number is 0 or 1.
+        lower, upper: corners of the box, shape (size,), read-only.
+        notes: by name, what the optimizer wants plotted, as (evaluations spent, number).
+        meter: what was spent and the best, for whoever runs the optimizer.
+    """
+
+    def __init__(
+        self,
+        objective: Objective,
+        encoding: Encoding,
+        budget: Budget,
+        recorder: Recorder | None = None,
+        *,
+        watch: Callable[[Meter], None] | None = None,
+    ) -> None:
+        self.size = encoding.size
+        self.kind = encoding.kind
+        self.lower, self.upper = _read_only(encoding.lower), _read_only(encoding.upper)
+        self.notes: dict[str, list[tuple[int, float]]] = {}
+        self._objective, self._encoding = objective, encoding
+        training = sum(case.role == "train" for case in objective.cases)
+        self._ledger = Ledger(budget, recorder, watch, tolerance=objective.tolerance, solves_each=training)
+        self.meter = self._ledger.meter
+
+    @property
+    def supplies(self) -> frozenset[str]:
+        """What an optimizer may need and gets here: the kind of box, and which derivatives."""
+        least_squares = {"residuals", "jacobian"} if self._objective.minimize == "least-squares" else set()
+        return frozenset({self.kind, "gradient"} | least_squares)
+
+    @property
+    def best_point(self) -> Floats | None:
+        """The point of the lowest value so far, shape (size,); None before the first answer."""
+        return None if self.meter.best_point is None else self.meter.best_point.copy()
+
+    @property
+    def best_value(self) -> float:
+        """The lowest value so far; inf before the first answer."""
+        return self.meter.best_value
+
+    @property
+    def budget_total(self) -> float:
+        """Evaluations that the whole run may cost; inf where they are not limited."""
+        return math.inf if self.meter.budget.evaluations is None else self.meter.budget.evaluations
+
+    @property
+    def budget_left(self) -> float:
+        """Evaluations left, a whole number: 0 when the budget is spent, inf where only a target is given.
+
+        Under a time limit it is an estimate from the pace so far, and inf before the first answer.
+        """
+        return self._ledger.room()
+
+    def sample(self, rng: np.random.Generator, count: int) -> Floats:
+        """Points drawn uniformly from the box, shape (count, size); fair bits in a binary one."""
+        return self._encoding.sample(rng, count)
+
+    def note(self, **numbers: float) -> None:
+        """Keeps numbers that the optimizer wants plotted over the evaluations: a mutation rate, a temperature."""
+        for name, number in numbers.items():
+            self.notes.setdefault(name, []).append((self.meter.evaluations, float(number)))
+
+    def evaluate(self, points: ArrayLike) -> Floats:
+        """Values of points, shape (m, size) -> (m,); never NaN, and graded where there is no equilibrium.
+
+        Raises UserError for another shape or a point outside the box.
+        """
+        return self._ledger.values(self._in_box(points, ("m", self.size)), self._solve_values)
+
+    def objectives(self, points: ArrayLike) -> Floats:
+        """Several goals at once, shape (m, size) -> (m, 2): the value, and how many springs are present."""
+        values = self.evaluate(points)
+        return np.column_stack([values, np.count_nonzero(self._encoding.decode(points), axis=1)])
+
+    def gradient(self, point: ArrayLike) -> tuple[float, Floats]:
+        """Value and gradient, shape (size,), at a point; two evaluations. Raises NoEquilibrium."""
+        return self._ledger.numbers("gradient", self._in_box(point, (self.size,)), self._solve_gradient, cost=2)
+
+    def residuals(self, point: ArrayLike) -> Floats:
+        """Residuals, shape (r,), half of whose squares' sum is the value; one evaluation. Raises NoEquilibrium."""
+        self._require_least_squares()
+        return self._ledger.numbers("residuals", self._in_box(point, (self.size,)), self._solve_residuals, cost=1)[1]
+
+    def jacobian(self, point: ArrayLike) -> tuple[Floats, Floats]:
+        """Residuals, shape (r,), and their Jacobian, shape (r, size); two evaluations. Raises NoEquilibrium."""
+        self._require_least_squares()
+        _, joined = self._ledger.numbers("jacobian", self._in_box(point, (self.size,)), self._solve_jacobian, cost=2)
+        table = joined.reshape(-1, 1 + self.size)
+        return table[:, 0].copy(), table[:, 1:].copy()
+
+    def _solve_values(self, points: Floats) -> tuple[Floats, NDArray[np.int8]]:
+        evaluation = self._objective.evaluate(self._encoding.decode(points))
+        return evaluation.values, evaluation.codes
+
+    def _solve_gradient(self, point: Floats) -> tuple[float, Floats]:
+        value, gradient = self._objective.gradient(self._encoding.decode(point))
+        return float(value), self._encoding.pull_back(point, gradient)
+
+    def _solve_residuals(self, point: Floats) -> tuple[float, Floats]:
+        residuals = self._objective.residuals(self._encoding.decode(point))
+        return 0.5 * float(residuals @ residuals), residuals
+
+    def _solve_jacobian(self, point: Floats) -> tuple[float, Floats]:
+        residuals, jacobian = self._objective.jacobian(self._encoding.decode(point))
+        joined = np.column_stack([residuals, self._encoding.pull_back(point, jacobian)])
+        return 0.5 * float(residuals @ residuals), joined.ravel()
+
+    def _require_least_squares(self) -> None:
+        if "residuals" not in self.supplies:
+            raise UserError(
+                f"residuals belong to the least-squares misfit, and this scene minimizes {self._objective.minimize}; "
+                'set minimize = "least-squares" in its objective, or choose an optimizer that needs no residuals.'
+            )
+
+    def _in_box(self, points: ArrayLike, shape: tuple[int | str, ...]) -> Floats:
+        array = require_shape("an optimizer's points", np.ascontiguousarray(points, dtype=float), shape)
+        inside = (array >= self.lower) & (array <= self.upper)
+        if not inside.all():
+            *_, coordinate = entry = tuple(np.argwhere(~inside)[0])
+            raise UserError(
+                f"coordinate {coordinate} of an optimizer's point is {array[entry]:.17g}, outside its interval "
+                f"[{self.lower[coordinate]:g}, {self.upper[coordinate]:g}]; keep to problem.lower and problem.upper."
+            )
+        return array
+
+
+def _read_only(bound: Floats) -> Floats:
+    copy = np.array(bound, dtype=float)
+    copy.flags.writeable = False
+    return copy

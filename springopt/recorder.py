@@ -1,0 +1,56 @@
+"""What a problem tells its recorder: every answer, so that a run can be replayed."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
+
+from springopt.checks import Floats
+
+
+class Answer(NamedTuple):
+    """One answer that an optimizer got; a batch leaves one for each of its candidates."""
+
+    kind: str  #: "value", "gradient", "residuals", "jacobian" or "budget_left"
+    question: bytes  #: digest of the point that was asked; NO_QUESTION for "budget_left"
+    tolerance: float  #: of the forward solve
+    status: int  #: code of the candidate's worst status; NO_EQUILIBRIUM where an exception was the answer
+    value: float | None  #: the objective, or the reading; None without an equilibrium
+    seconds: float  #: on the run's wall clock when it was given
+    processor_seconds: float  #: the same in processor time
+    payload: bytes | None = None  #: gradient, residuals or Jacobian as float64; the message without an equilibrium
+    checksum: bytes | None = None  #: digest of a payload too large to keep, which replay computes again
+
+
+NO_EQUILIBRIUM = -1
+NO_QUESTION = bytes(16)
+LARGEST_PAYLOAD = 1_000_000  # bytes
+
+
+def digest(array: Floats) -> bytes:
+    """Sixteen bytes that tell arrays apart, by every bit of their numbers."""
+    return hashlib.blake2b(array.tobytes(), digest_size=16).digest()
+
+
+class Recorder(Protocol):
+    """Keeps the answers of a run in order, and gives them again when the run is resumed."""
+
+    def recorded(self, kind: str, questions: Sequence[bytes]) -> list[Answer]:
+        """The next answers on record, as many as there are of those asked; empty once the record has ended.
+
+        Raises RunFileError where a question is not the recorded one.
+        """
+
+    def record(self, answers: Sequence[Answer]) -> None:
+        """Adds answers to the end of the record."""
+
+
+class NullRecorder:
+    """Remembers nothing: for a problem that nobody resumes."""
+
+    def recorded(self, kind: str, questions: Sequence[bytes]) -> list[Answer]:
+        return []
+
+    def record(self, answers: Sequence[Answer]) -> None:
+        pass

@@ -1,0 +1,60 @@
+"""Optimizers that are installed: each distribution names its own in the entry point group `springopt.optimizers`."""
+
+from __future__ import annotations
+
+import warnings
+from importlib.metadata import EntryPoint, entry_points
+
+from springopt.errors import PluginError, did_you_mean
+from springopt.optimizer import Optimizer
+
+GROUP = "springopt.optimizers"
+
+
+def optimizers() -> dict[str, type[Optimizer]]:
+    """Every installed optimizer by name; one that can't be loaded is left out, with a warning that says why."""
+    found = {}
+    for name, entry in _entries().items():
+        try:
+            found[name] = _load(entry)
+        except PluginError as error:
+            warnings.warn(str(error), RuntimeWarning, stacklevel=2)
+    return found
+
+
+def load_optimizer(name: str) -> type[Optimizer]:
+    """The optimizer of this name; no other plugin is imported.
+
+    Raises PluginError if there is none, or if it can't be loaded.
+    """
+    entries = _entries()
+    if name not in entries:
+        installed = ", ".join(entries) or "none"
+        raise PluginError(f"there is no optimizer {name!r}; installed: {installed}.{did_you_mean(name, entries)}")
+    return _load(entries[name])
+
+
+def _entries() -> dict[str, EntryPoint]:
+    """Entry points by name; of two distributions with one name the first in the alphabet has it."""
+    entries = sorted(entry_points(group=GROUP), key=_distribution, reverse=True)
+    return dict(sorted((entry.name, entry) for entry in entries))
+
+
+def _load(entry: EntryPoint) -> type[Optimizer]:
+    try:
+        optimizer = entry.load()
+    except Exception as error:  # a stranger's module may raise anything while it is imported
+        raise PluginError(
+            f"optimizer {entry.name} of {_distribution(entry)} can't be loaded ({type(error).__name__}: {error}); "
+            "mend or uninstall that distribution."
+        ) from error
+    if not (isinstance(optimizer, type) and issubclass(optimizer, Optimizer) and optimizer.name == entry.name):
+        raise PluginError(
+            f"{entry.value} of {_distribution(entry)} is no Optimizer with the name {entry.name!r}, "
+            "as its entry point says; mend or uninstall that distribution."
+        )
+    return optimizer
+
+
+def _distribution(entry: EntryPoint) -> str:
+    return entry.dist.name if entry.dist else "an unknown distribution"

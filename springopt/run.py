@@ -1,0 +1,71 @@
+"""A run: one optimizer, one scene, one seed; what it was asked to do, and what came of it."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import asdict, dataclass, field, fields
+from typing import Any, Literal
+
+import numpy as np
+
+from springopt.checks import Floats
+
+WhyStopped = Literal["budget", "target", "optimizer finished", "interrupted"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Order:
+    """What a run is asked to do, and the build that does it: with the answers, all that resuming needs."""
+
+    scene: str  #: the whole scene as JSON
+    optimizer: str
+    options: dict[str, Any]
+    seed: int
+    budget: dict[str, Any]  #: the fields of a Budget
+    origin: dict[str, str]  #: see `springopt.origin`
+
+    def to_json(self) -> str:
+        return json.dumps(asdict(self))
+
+    @classmethod
+    def from_json(cls, text: str) -> Order:
+        return cls(**json.loads(text))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Run:
+    """What came of a run."""
+
+    objective: float  #: the lowest value found
+    evaluations: int
+    solves: int
+    seconds: float  #: on the wall, added up over resumes
+    processor_seconds: float
+    stiffness: Floats  #: of the best candidate [force/length], shape (s,); 0 where a spring is absent
+    point: Floats  #: the same as the optimizer sees it, shape (size,)
+    classes: dict[str, Any]  #: its classes of springs, as the encoding describes them
+    errors: list[dict[str, Any]]  #: one for each load case: name, role, distances, status
+    optimizer: str
+    options: dict[str, Any]
+    scene: str
+    seed: int
+    run: str | None  #: path of the run file
+    complete: bool  #: False if it was interrupted and can be resumed
+    why_stopped: WhyStopped
+    history: list[tuple[int, float]]  #: each improvement: evaluations spent, value
+    notes: dict[str, list[tuple[int, float]]] = field(default_factory=dict)  #: what the optimizer noted, likewise
+
+    def to_json(self) -> str:
+        """The run as one JSON object; numbers that are not finite are null."""
+        return json.dumps({item.name: _plain(getattr(self, item.name)) for item in fields(self)}, allow_nan=False)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist())
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,132 @@
+"""Runs: a new one from its order to its end, and one that was cut short from there on."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import asdict
+from numbers import Integral
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from springopt.budget import Budget
+from springopt.errors import RunFileError, UserError
+from springopt.execution import Progress, execute
+from springopt.journal import Journal, holds_run, journal_path, run_path
+from springopt.optimizer import Optimizer
+from springopt.options import make_optimizer
+from springopt.origin import require_this_origin, this_origin
+from springopt.registry import load_optimizer
+from springopt.run import Order, Run
+from springopt.store import read, read_answers
+
+if TYPE_CHECKING:
+    from springopt.scene import Scene
+
+__all__ = ["Progress", "resume", "solve"]
+
+
+def solve(
+    scene: Scene | str | os.PathLike[str] = "paper-fem-2d",
+    optimizer: str | Optimizer = "paper-ga",
+    *,
+    seed: int = 0,
+    evaluations: int | None = None,
+    seconds: float | None = None,
+    solves: int | None = None,
+    target: float | None = None,
+    options: Mapping[str, Any] | None = None,
+    out: str | os.PathLike[str] | None = None,
+    progress: Progress | None = None,
+) -> Run:
+    """Runs an optimizer on a scene until its budget is spent, and says what came of it.
+
+    Ctrl-C ends the run between two answers: the run file is then complete up to the last answer, and the Run says so.
+
+    Args:
+        scene: a scene, its path, or the name of a bundled one.
+        optimizer: its name, or one made ready.
+        seed: of all randomness.
+        evaluations, seconds, solves, target: see `Budget`; without any of them the scene's own budget holds.
+        options: of a named optimizer, over those of the scene.
+        out: the run file to write. Beside it lies `<out>.journal` while the run lasts, for `resume`.
+        progress: called up to ten times a second with the evaluations spent, of how many (None if they are not
+            limited), the best value and the seconds.
+    """
+    from springopt.scene import load_scene
+
+    if isinstance(scene, str | os.PathLike):
+        scene = load_scene(scene)
+    optimizer = _ready(optimizer, scene, options)
+    limits: dict[str, Any] = {"evaluations": evaluations, "seconds": seconds, "solves": solves, "target": target}
+    if all(limit is None for limit in limits.values()):
+        limits = scene.budget.model_dump()
+    order = Order(
+        scene=scene.to_json(),
+        optimizer=optimizer.name,
+        options=asdict(optimizer),
+        seed=_require_seed(seed),
+        budget=asdict(Budget(**limits)),
+        origin=this_origin(),
+    )
+    if out is None:
+        return execute(order, scene.build(), optimizer, progress=progress)
+    _require_new(Path(out))
+    setup = scene.build()
+    with Journal.create(journal_path(Path(out)), order) as journal:
+        return execute(order, setup, optimizer, journal, progress)
+
+
+def resume(path: str | os.PathLike[str], *, progress: Progress | None = None) -> Run:
+    """Takes up a run that was interrupted or killed, as if it had never stopped; a complete one is only read.
+
+    Args:
+        path: the run file or its journal; where both are there, the journal is the newer.
+        progress: see `solve`.
+    """
+    from springopt.scene import Scene
+
+    out = run_path(Path(path))
+    if not holds_run(journal_path(out)):
+        contents = read(out)
+        if contents.run.complete:
+            return contents.run
+        _write_journal(out, contents.order)
+    with Journal.open(journal_path(out)) as journal:
+        order = journal.order
+        require_this_origin(order.origin, str(out))
+        _require_same_run(out, order)
+        optimizer = make_optimizer(load_optimizer(order.optimizer), order.options)
+        return execute(order, Scene.from_json(order.scene).build(), optimizer, journal, progress)
+
+
+def _ready(optimizer: str | Optimizer, scene: Scene, options: Mapping[str, Any] | None) -> Optimizer:
+    if isinstance(optimizer, str):
+        return make_optimizer(load_optimizer(optimizer), {**scene.optimizer_options(optimizer), **(options or {})})
+    if options:
+        raise UserError("options are for an optimizer given by name; set those of one made ready when it is made.")
+    return optimizer
+
+
+def _require_seed(seed: int) -> int:
+    if isinstance(seed, bool) or not isinstance(seed, Integral) or seed < 0:
+        raise UserError(f"the seed must be a whole number from 0 on, not {seed!r}; give another.")
+    return int(seed)
+
+
+def _require_new(out: Path) -> None:
+    if out.exists():
+        raise RunFileError(f"{out} exists already, and nothing is overwritten; choose another output.")
+
+
+def _write_journal(out: Path, order: Order) -> None:
+    """The journal of an interrupted run again, from the answers in its run file."""
+    require_this_origin(order.origin, str(out))
+    journal_path(out).unlink(missing_ok=True)
+    Journal.create(journal_path(out), order, read_answers(out)).close()
+
+
+def _require_same_run(out: Path, order: Order) -> None:
+    """A run file beside a journal is an earlier state of the same run; another one would be overwritten."""
+    if out.exists() and read(out).order != order:
+        raise RunFileError(f"{out} holds another run than its journal; move one of the two away, then resume.")

@@ -1,0 +1,194 @@
+"""The run file: everything about a run in one HDF5 file, written whole."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from springopt.checks import Floats
+from springopt.errors import RunFileError
+from springopt.lattice import SpringLattice
+from springopt.load_case import LoadCase
+from springopt.recorder import Answer
+from springopt.run import Order, Run
+
+FORMAT = 1
+
+_MARK = "springopt run"
+_ARRAYS = ("stiffness", "point")
+_CURVES = ("history", "notes")
+_BLOBS = ("question", "payload", "checksum")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RunFile:
+    """What a run file holds beside the answers; it needs no scene file to be shown."""
+
+    order: Order
+    run: Run
+    lattice: SpringLattice
+    cases: list[LoadCase]
+    reference_positions: Floats  #: [length], shape (c, n, d)
+    positions: Floats  #: of the best candidate [length], shape (c, n, d)
+
+
+def write(path: Path, contents: RunFile, answers: Iterable[Answer]) -> None:
+    """Writes a run file under a temporary name and renames it, so that at no time there is half a file."""
+    partial = path.with_name(path.name + ".partial")
+    try:
+        with h5py.File(partial, "w") as file:
+            file.attrs["format"], file.attrs["version"] = _MARK, FORMAT
+            file["order"] = contents.order.to_json()
+            _write_run(file, contents.run)
+            _write_lattice(file.create_group("lattice"), contents.lattice)
+            _write_cases(file.create_group("cases"), contents.cases)
+            file["reference_positions"] = contents.reference_positions
+            file["positions"] = contents.positions
+            _write_answers(file.create_group("answers"), list(answers))
+        _sync(partial)
+        partial.replace(path)
+        _sync(path.parent)
+    except OSError as error:
+        partial.unlink(missing_ok=True)
+        raise RunFileError(
+            f"{path} can't be written ({error}); its journal holds the run: free the disk, then resume it."
+        ) from None
+
+
+def read(path: Path) -> RunFile:
+    """What a run file holds; raises RunFileError if it is missing, foreign, damaged or of a newer format."""
+    with _open(path) as file:
+        return RunFile(
+            order=Order.from_json(file["order"].asstr()[()]),
+            run=_read_run(file, path),
+            lattice=_read_lattice(file["lattice"]),
+            cases=_read_cases(file["cases"]),
+            reference_positions=file["reference_positions"][()],
+            positions=file["positions"][()],
+        )
+
+
+def read_answers(path: Path) -> list[Answer]:
+    """The answers of a run file, in order."""
+    with _open(path) as file:
+        columns = {name: _unpack(file["answers"][name]) for name in _BLOBS}
+        for name in Answer._fields:
+            columns.setdefault(name, file["answers"][name][()].tolist())
+        columns["kind"] = [kind.decode() for kind in columns["kind"]]
+        columns["value"] = [None if np.isnan(value) else value for value in columns["value"]]
+        return [Answer(*row) for row in zip(*(columns[name] for name in Answer._fields), strict=True)]
+
+
+def _write_run(file: h5py.File, run: Run) -> None:
+    facts = asdict(run)
+    for name in _ARRAYS:
+        file[name] = facts.pop(name)
+    file["history"] = np.array(facts.pop("history")).reshape(-1, 2)
+    for name, curve in facts.pop("notes").items():
+        file.create_dataset(f"notes/{name}", data=np.array(curve), compression="gzip")
+    file["run"] = json.dumps(facts)
+
+
+def _read_run(file: h5py.File, path: Path) -> Run:
+    facts = json.loads(file["run"].asstr()[()])
+    facts |= {name: file[name][()] for name in _ARRAYS}
+    notes = {name: _curve(dataset) for name, dataset in file.get("notes", {}).items()}
+    return Run(**facts | {"run": str(path)}, history=_curve(file["history"]), notes=notes)
+
+
+def _curve(dataset: h5py.Dataset) -> list[tuple[int, float]]:
+    return [(int(evaluations), value) for evaluations, value in dataset[()].tolist()]
+
+
+def _write_lattice(group: h5py.Group, lattice: SpringLattice) -> None:
+    group["nodes"], group["springs"], group["rest_lengths"] = lattice.nodes, lattice.springs, lattice.rest_lengths
+    if lattice.cells is not None:
+        group["cells"] = lattice.cells
+        group.attrs["cell_type"] = lattice.cell_type
+
+
+def _read_lattice(group: h5py.Group) -> SpringLattice:
+    return SpringLattice(
+        nodes=group["nodes"][()],
+        springs=group["springs"][()],
+        rest_lengths=group["rest_lengths"][()],
+        cells=group["cells"][()] if "cells" in group else None,
+        cell_type=group.attrs.get("cell_type"),
+    )
+
+
+def _write_cases(group: h5py.Group, cases: Sequence[LoadCase]) -> None:
+    for name in ("name", "role", "supports", "forces", "prescribed"):
+        group[name] = [getattr(case, name) for case in cases]
+
+
+def _read_cases(group: h5py.Group) -> list[LoadCase]:
+    names, roles = group["name"].asstr()[()], group["role"].asstr()[()]
+    arrays = zip(group["supports"][()], group["forces"][()], group["prescribed"][()], strict=True)
+    return [LoadCase(name, *rest, role=role) for name, role, rest in zip(names, roles, arrays, strict=True)]
+
+
+def _write_answers(group: h5py.Group, answers: list[Answer]) -> None:
+    columns: dict[str, Any] = dict(zip(Answer._fields, zip(*answers, strict=True), strict=True))
+    for name in _BLOBS:
+        _pack(group.create_group(name), columns.pop(name))
+    columns["kind"] = [kind.encode() for kind in columns["kind"]]
+    columns["value"] = [np.nan if value is None else value for value in columns["value"]]
+    for name, column in columns.items():
+        group.create_dataset(name, data=np.array(column), compression="gzip")
+
+
+def _pack(group: h5py.Group, blobs: Sequence[bytes | None]) -> None:
+    """Bytes of different lengths as one array of bytes and the lengths, -1 where there is nothing."""
+    group.create_dataset("lengths", data=[-1 if blob is None else len(blob) for blob in blobs], compression="gzip")
+    group["bytes"] = np.frombuffer(b"".join(blob or b"" for blob in blobs), dtype=np.uint8)
+
+
+def _unpack(group: h5py.Group) -> list[bytes | None]:
+    lengths, joined = group["lengths"][()], group["bytes"][()].tobytes()
+    ends = np.cumsum(np.maximum(lengths, 0)).tolist()
+    return [
+        None if length < 0 else joined[end - length : end] for length, end in zip(lengths.tolist(), ends, strict=True)
+    ]
+
+
+@contextmanager
+def _open(path: Path) -> Iterator[h5py.File]:
+    if not path.is_file():
+        raise RunFileError(f"there is no run file {path}; give the path of RUN.h5.")
+    if not h5py.is_hdf5(path):
+        raise RunFileError(f"{path} is no run file of springopt; give the path of RUN.h5.")
+    try:
+        with h5py.File(path) as file:
+            _require_format(path, file)
+            yield file
+    except (OSError, KeyError, ValueError, TypeError, RuntimeError) as error:
+        if isinstance(error, RunFileError):
+            raise
+        raise RunFileError(f"{path} is damaged ({error}); start a new run.") from None
+
+
+def _require_format(path: Path, file: h5py.File) -> None:
+    if file.attrs.get("format") != _MARK:
+        raise RunFileError(f"{path} is an HDF5 file, but no run file of springopt; give the path of RUN.h5.")
+    if (made := int(file.attrs["version"])) > FORMAT:
+        raise RunFileError(
+            f"{path} has run file format {made}, and this springopt knows up to {FORMAT}; use a newer springopt."
+        )
+
+
+def _sync(path: Path) -> None:
+    """Has a file, or the names in a folder, on the disk before anything goes on."""
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

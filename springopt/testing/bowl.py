@@ -1,0 +1,67 @@
+"""An objective and an encoding without physics: they cost nothing, and the answer is known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from types import SimpleNamespace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from springopt.checks import Floats
+from springopt.errors import NoEquilibrium
+
+
+@dataclass(frozen=True, eq=False)
+class Bowl:
+    """Half the squared distance from a centre; where the first number is above `cliff` there is no equilibrium."""
+
+    center: Floats  #: where the value is zero, shape (s,)
+    cliff: float = np.inf
+    cap: float = 1e6  #: value without an equilibrium
+    minimize: str = "least-squares"
+    tolerance: float = 1e-8
+    cases: tuple[Any, ...] = field(default=(SimpleNamespace(role="train"),))
+
+    def evaluate(self, stiffness: Floats) -> Any:
+        """Values and codes of stiffnesses, shape (m, s); a code is 1 without an equilibrium."""
+        values = 0.5 * np.square(stiffness - self.center).sum(axis=1)
+        lost = stiffness[:, 0] > self.cliff
+        return SimpleNamespace(values=np.where(lost, self.cap, values), codes=lost.astype(np.int8))
+
+    def gradient(self, stiffness: Floats) -> tuple[float, Floats]:
+        residuals = self.residuals(stiffness)
+        return 0.5 * float(np.square(residuals).sum()), residuals
+
+    def residuals(self, stiffness: Floats) -> Floats:
+        if stiffness[0] > self.cliff:
+            raise NoEquilibrium(f"there is no equilibrium where the first number is above {self.cliff:g}.")
+        return stiffness - self.center
+
+    def jacobian(self, stiffness: Floats) -> tuple[Floats, Floats]:
+        return self.residuals(stiffness), np.eye(len(stiffness))
+
+
+@dataclass(frozen=True, eq=False)
+class Box:
+    """An encoding that takes a point for the stiffness."""
+
+    lower: Floats
+    upper: Floats
+    kind: Literal["real", "binary"] = "real"
+
+    @property
+    def size(self) -> int:
+        return len(self.lower)
+
+    def decode(self, points: ArrayLike) -> Floats:
+        return np.asarray(points, dtype=float)
+
+    def pull_back(self, point: ArrayLike, gradient: ArrayLike) -> Floats:
+        return np.asarray(gradient, dtype=float)
+
+    def sample(self, rng: np.random.Generator, count: int) -> NDArray[np.float64]:
+        if self.kind == "binary":
+            return rng.integers(0, 2, size=(count, self.size)).astype(float)
+        return rng.uniform(self.lower, self.upper, size=(count, self.size))
