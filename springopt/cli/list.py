@@ -1,0 +1,92 @@
+"""`springopt list`: what there is to choose from."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from springopt.cli.main import COMMANDS
+from springopt.cli.results import print_table
+from springopt.errors import UserError, did_you_mean
+
+if TYPE_CHECKING:
+    from springopt.optimizer import Optimizer
+
+
+@click.command("list", short_help=COMMANDS["list"])
+@click.argument("kind", type=click.Choice(["optimizers", "scenes"]))
+@click.argument("name", required=False)
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of tables.")
+def command(kind: str, name: str | None, as_json: bool) -> None:
+    """List the optimizers or the bundled scenes; with a NAME, one optimizer's options or one scene's text."""
+    {"optimizers": _optimizers, "scenes": _scenes}[kind](name, as_json)
+
+
+def _optimizers(name: str | None, as_json: bool) -> None:
+    from springopt.registry import load_optimizer, optimizers
+
+    classes = {name: load_optimizer(name)} if name is not None else optimizers()
+    entries = [_optimizer(name, optimizer) for name, optimizer in classes.items()]
+    if as_json:
+        click.echo(json.dumps(entries if name is None else entries[0]))
+        return
+    from springopt.report.tables import optimizers_table, options_table
+
+    if name is None:
+        print_table(optimizers_table(entries))
+    else:
+        click.echo(f"{name} ({entries[0]['distribution']}): {entries[0]['summary']}")
+        print_table(options_table(entries[0]["options"]))
+
+
+def _optimizer(name: str, optimizer: type[Optimizer]) -> dict[str, Any]:
+    from springopt.options import options_of
+
+    return {
+        "name": name,
+        "distribution": _distribution(name, optimizer),
+        "summary": (optimizer.__doc__ or "").strip().partition("\n")[0],
+        "needs": sorted(optimizer.needs),
+        "options": [
+            {
+                "name": option.name,
+                "type": option.type_name,
+                "default": option.default,
+                "explanation": option.explanation,
+            }
+            for option in options_of(optimizer)
+        ],
+    }
+
+
+def _distribution(name: str, optimizer: type[Optimizer]) -> str:
+    from importlib.metadata import entry_points
+
+    from springopt.registry import GROUP
+
+    value = f"{optimizer.__module__}:{optimizer.__qualname__}"
+    entries = [entry for entry in entry_points(group=GROUP, name=name) if entry.dist is not None]
+    return next((entry.dist.name for entry in entries if entry.dist and entry.value == value), "unknown")
+
+
+def _scenes(name: str | None, as_json: bool) -> None:
+    from springopt.scene.bundled import bundled_scenes, bundled_text
+
+    titles = bundled_scenes()
+    if name is None:
+        entries = [{"name": scene, "title": title} for scene, title in titles.items()]
+        if as_json:
+            click.echo(json.dumps(entries))
+        else:
+            from springopt.report.tables import scenes_table
+
+            print_table(scenes_table(entries))
+        return
+    text = bundled_text(name)
+    if text is None:
+        raise UserError(
+            f"there is no bundled scene {name!r}; name one of {', '.join(titles)}.{did_you_mean(name, titles)}"
+        )
+    click.echo(json.dumps({"name": name, "title": titles[name], "text": text}) if as_json else text, nl=as_json)

@@ -1,0 +1,22 @@
+"""Files that commands write: never over one that exists, and refused before any work."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from springopt.errors import UserError
+
+FIGURE_ENDINGS = (".png", ".pdf", ".svg")
+ARRAY_ENDINGS = (".npz",)
+
+
+def require_new(path: str, endings: tuple[str, ...]) -> Path:
+    """The path, if it has one of the endings, its folder exists and nothing is there yet."""
+    output = Path(path)
+    if output.suffix.lower() not in endings:
+        raise UserError(f"an output here ends in {' or '.join(endings)}, not as {path}; name another file.")
+    if not output.parent.is_dir():
+        raise UserError(f"the folder of {path} does not exist; make it, or name another file.")
+    if output.exists():
+        raise UserError(f"{path} exists already, and nothing is overwritten; name another file.")
+    return output

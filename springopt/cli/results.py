@@ -1,0 +1,38 @@
+"""What `solve` and `show` print of a run."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from springopt.run import Run
+
+
+def print_run(run: Run) -> None:
+    """What it cost, its errors by load case, its classes of springs, and the run file."""
+    from springopt.report.tables import classes_table, errors_table
+
+    click.echo(f"{run.scene}, {run.optimizer}, seed {run.seed}: objective {run.objective:.6g}")
+    click.echo(
+        f"{run.evaluations:,} evaluations, {run.solves:,} solves, {run.seconds:.1f} s "
+        f"({run.processor_seconds:.1f} s of processor time); stopped by: {run.why_stopped}"
+    )
+    print_table(errors_table(run.errors))
+    print_table(classes_table(run.classes))
+    if run.run:
+        click.echo(f"Run file: {run.run}")
+
+
+def print_table(table: Table) -> None:
+    """A table on standard output, never cut to a terminal's width where there is none."""
+    from rich.console import Console
+
+    console = Console()
+    if not console.is_terminal:
+        console.width = 160
+    console.print()
+    console.print(table)

@@ -1,0 +1,52 @@
+"""`springopt show`: a run file, for people."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from springopt.cli.main import COMMANDS
+from springopt.cli.outputs import FIGURE_ENDINGS, require_new
+from springopt.cli.results import print_run
+
+if TYPE_CHECKING:
+    from springopt.store import RunFile
+
+
+@click.command("show", short_help=COMMANDS["show"])
+@click.argument("run", metavar="RUN.h5")
+@click.option("--figure", metavar="FILE", help="Draw every load case, convergence and stiffness; .png, .pdf or .svg.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of tables.")
+def command(run: str, figure: str | None, as_json: bool) -> None:
+    """Show what a run found: errors, classes of springs, and a figure of every load case."""
+    from springopt.store import read
+
+    figure_path = None if figure is None else require_new(figure, FIGURE_ENDINGS)
+    contents = read(Path(run))
+    if figure_path is not None:
+        _draw(contents, figure_path)
+    if as_json:
+        click.echo(contents.run.to_json())
+        return
+    print_run(contents.run)
+    if figure_path is not None:
+        click.echo(f"Figure: {figure_path}")
+
+
+def _draw(contents: RunFile, path: Path) -> None:
+    from springopt.report.deformation import deformations
+    from springopt.report.figures import Learned, draw, save
+
+    run = contents.run
+    title = f"{run.scene}, {run.optimizer}, seed {run.seed}, {run.evaluations:,} evaluations: {run.objective:.4g}"
+    learned = Learned(
+        title=title,
+        lattice=contents.lattice,
+        stiffness=run.stiffness,
+        deformations=deformations(contents.cases, contents.reference_positions, contents.positions, run.errors),
+        history=run.history,
+        evaluations=run.evaluations,
+    )
+    save(draw(learned), path)

@@ -1,0 +1,122 @@
+"""`springopt solve`: one run from start to end, or one that was cut short from there on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from springopt.cli.main import COMMANDS
+from springopt.cli.results import print_run
+from springopt.errors import UserError
+
+if TYPE_CHECKING:
+    from springopt.execution import Progress
+    from springopt.run import Run
+
+DEFAULT_SCENE = "paper-fem-2d"
+DEFAULT_OPTIMIZER = "paper-ga"
+
+
+@click.command("solve", short_help=COMMANDS["solve"])
+@click.argument("scene", default=DEFAULT_SCENE)
+@click.option("--optimizer", default=DEFAULT_OPTIMIZER, show_default=True, help="See `springopt list optimizers`.")
+@click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="An option of the optimizer; repeatable.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Of all randomness.")
+@click.option("--evaluations", type=int, help="Candidate evaluations that the run may cost.")
+@click.option("--seconds", type=float, help="Seconds that the run may take.")
+@click.option("--solves", type=int, help="Forward solves that the run may cost.")
+@click.option("--target", type=float, help="Objective at which the run may stop.")
+@click.option("--out", metavar="RUN.h5", help="Run file to write.  [default: SCENE-OPTIMIZER-seedN.h5 in this folder]")
+@click.option("--resume", "resumed", metavar="RUN.h5", help="Go on with a run that was interrupted or killed.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of tables.")
+@click.pass_context
+def command(ctx: click.Context, /, resumed: str | None, as_json: bool, **order: Any) -> int:
+    """Find the mass-spring model that deforms like the reference of SCENE, a TOML file or a bundled scene's name.
+
+    Without SCENE: the main experiment of Bianchi et al. (2004). Without a limit on evaluations, seconds, solves or a
+    target the scene's own budget holds.
+    """
+    if resumed is not None:
+        _require_alone(ctx)
+    run = _resume(resumed) if resumed is not None else _solve(**order)
+    if as_json:
+        click.echo(run.to_json())
+    else:
+        print_run(run)
+        click.echo(f"Look at it: springopt show {run.run} --figure {str(run.run).removesuffix('.h5')}.png")
+    if not run.complete:
+        click.echo(f"Interrupted; go on with: springopt solve --resume {run.run}", err=True)
+    return 0 if run.complete else 130
+
+
+def _solve(
+    scene: str,
+    optimizer: str,
+    settings: tuple[str, ...],
+    seed: int,
+    out: str | None,
+    **limits: int | float | None,
+) -> Run:
+    from springopt.runner import solve
+    from springopt.scene import load_scene
+
+    options = _options(settings)
+    loaded = load_scene(scene)
+    path = out or _default_out(f"{loaded.name}-{optimizer}-seed{seed}.h5")
+    with _progress_bar() as progress:
+        return solve(loaded, optimizer, seed=seed, options=options, out=path, progress=progress, **limits)  # type: ignore[arg-type]
+
+
+def _resume(path: str) -> Run:
+    from springopt.runner import resume
+
+    with _progress_bar() as progress:
+        return resume(path, progress=progress)
+
+
+def _require_alone(ctx: click.Context) -> None:
+    """A resumed run keeps its scene, optimizer, seed and budget: setting them again is refused, not ignored."""
+    given = [
+        param.opts[0]
+        for param in ctx.command.params
+        if param.name not in ("resumed", "as_json", "help")
+        and ctx.get_parameter_source(str(param.name)) is click.core.ParameterSource.COMMANDLINE
+    ]
+    if given:
+        raise UserError(f"--resume goes on with the run as it was ordered; leave out {', '.join(given)}.")
+
+
+def _default_out(name: str) -> str:
+    if Path(name).exists():
+        raise UserError(f"{name} exists already, and nothing is overwritten; name another run file with --out.")
+    return name
+
+
+def _options(settings: tuple[str, ...]) -> dict[str, str]:
+    options = {}
+    for setting in settings:
+        name, equals, value = setting.partition("=")
+        if not (name and equals):
+            raise UserError(f"--set takes NAME=VALUE, not {setting!r}; write for example --set population=20.")
+        options[name.strip()] = value.strip()
+    return options
+
+
+@contextmanager
+def _progress_bar() -> Iterator[Progress | None]:
+    """A bar on standard error, if that is a terminal."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield None
+        return
+    columns = (BarColumn(), MofNCompleteColumn(), TextColumn("best {task.fields[best]:.4g}"), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("", total=None, best=float("nan"))
+        yield lambda done, total, best, seconds: bar.update(task, completed=done, total=total, best=best)

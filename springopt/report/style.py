@@ -1,0 +1,49 @@
+"""The look of every figure: colours that colour-blind readers tell apart, and small print."""
+
+from __future__ import annotations
+
+from typing import Any
+
+REFERENCE = "#0072B2"
+MODEL = "#D55E00"
+REST = "#C8C8C8"
+INK = "#222222"
+CLASS_COLOURS = {
+    "all springs": "#7F7F7F",
+    "straight": "#56B4E9",
+    "inner straight": "#56B4E9",
+    "boundary straight": "#E69F00",
+    "diagonal": "#009E73",
+}
+
+#: The reference's lines, wide and pale enough to see the model's on top.
+CASING: dict[str, Any] = {"linewidths": 2.6, "alpha": 0.45, "capstyle": "round"}
+#: Arrows in the units of the drawing.
+ARROW: dict[str, Any] = {
+    "angles": "xy",
+    "scale_units": "xy",
+    "scale": 1.0,
+    "width": 0.011,
+    "headwidth": 3.6,
+    "headlength": 3.6,
+    "headaxislength": 3.4,
+}
+
+SETTINGS: Any = {
+    "font.size": 8,
+    "axes.titlesize": 8,
+    "axes.labelsize": 8,
+    "axes.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.edgecolor": INK,
+    "text.color": INK,
+    "axes.labelcolor": INK,
+    "legend.fontsize": 7.5,
+    "legend.frameon": False,
+    "xtick.labelsize": 7.5,
+    "ytick.labelsize": 7.5,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "pdf.fonttype": 42,
+}

@@ -1,0 +1,52 @@
+"""From a checked scene to the objects that solve it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from springopt.checks import Floats
+from springopt.encoding import Encoding
+from springopt.errors import SceneError, UserError
+from springopt.lattice import SpringLattice
+from springopt.load_case import LoadCase
+from springopt.model import Model
+from springopt.objective import Objective
+from springopt.reference import Reference
+from springopt.scene.schema import Scene
+
+
+@dataclass(frozen=True, eq=False)
+class Setup:
+    """A scene made ready to be solved."""
+
+    scene: Scene
+    lattice: SpringLattice
+    model: Model
+    cases: list[LoadCase]
+    reference_positions: Floats
+    encoding: Encoding
+    objective: Objective
+
+
+def build(scene: Scene) -> Setup:
+    """Lattice, load cases, the reference's positions [length], shape (c, n, d), model, encoding and objective."""
+    lattice = scene.lattice.build()
+    model = Model(lattice, effects=[effect.build() for effect in scene.effects])
+    cases = scene.load_cases.build(lattice)
+    reference_positions = _deformed(scene, scene.reference.build(model), cases)
+    objective = Objective(model, cases, reference_positions, **scene.objective.model_dump())
+    return Setup(scene, lattice, model, cases, reference_positions, scene.encoding.build(lattice), objective)
+
+
+def _deformed(scene: Scene, reference: Reference, cases: list[LoadCase]) -> Floats:
+    positions, faults = [], []
+    for case in cases:
+        try:
+            positions.append(reference.deform(case))
+        except UserError as error:
+            faults.append(f"load case {case.name!r}: {error}")
+    if faults:
+        raise SceneError(f"the reference of scene {scene.name} can't be deformed: {' '.join(faults)}")
+    return np.stack(positions)

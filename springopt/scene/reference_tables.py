@@ -1,0 +1,100 @@
+"""[reference]: whose deformation is to be matched."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import numpy as np
+from pydantic import Discriminator, Field, ValidationInfo, field_validator, model_validator
+
+from springopt.checks import Booleans, Floats, require_nonnegative
+from springopt.errors import SceneError
+from springopt.lattice import SpringLattice
+from springopt.scene.table import Numbers, Table, fault, faults_of_users, lattice_of
+
+if TYPE_CHECKING:
+    from springopt.model import Model
+    from springopt.reference import Reference
+
+Positive = Annotated[float, Field(gt=0)]
+
+
+class FemTable(Table):
+    """Linear elasticity on the cells of the lattice."""
+
+    kind: Literal["fem"]
+    young: Positive
+    poisson: float
+    plane: Literal["stress", "strain"] = "stress"
+    thickness: Positive = 1.0
+
+    @model_validator(mode="after")
+    def _fits_lattice(self, info: ValidationInfo) -> FemTable:
+        lattice = lattice_of(info)
+        if lattice is not None:
+            with faults_of_users():
+                self._on(lattice)
+        return self
+
+    def build(self, model: Model) -> Reference:
+        return self._on(model.lattice)
+
+    def _on(self, lattice: SpringLattice) -> Reference:
+        from springopt.reference.fem import FemReference
+
+        return FemReference(lattice, **self.model_dump(exclude={"kind"}))
+
+
+class SpringTable(Table):
+    """A mass-spring model of known stiffness, on the springs of the lattice less those that are absent."""
+
+    kind: Literal["spring"]
+    stiffness: Numbers
+    absent: list[int] = Field(default_factory=list)
+    absent_directions: list[list[float]] = Field(default_factory=list)
+
+    @field_validator("absent_directions")
+    @classmethod
+    def _fit_dimension(cls, directions: list[list[float]], info: ValidationInfo) -> list[list[float]]:
+        lattice = lattice_of(info)
+        for direction in directions:
+            if not any(direction) or (lattice is not None and len(direction) != lattice.dimension):
+                raise fault(f"should be directions with one number an axis and not all zero, but has {direction}")
+        return directions
+
+    @model_validator(mode="after")
+    def _fits_lattice(self, info: ValidationInfo) -> SpringTable:
+        lattice = lattice_of(info)
+        if lattice is not None:
+            with faults_of_users():
+                self.spring_stiffness(lattice)
+        return self
+
+    def spring_stiffness(self, lattice: SpringLattice) -> Floats:
+        """Stiffness [force/length], shape (s,), zero for absent springs."""
+        count = lattice.spring_count
+        if isinstance(self.stiffness, list) and len(self.stiffness) != count:
+            raise SceneError(f"stiffness is one number or one for each of {count} springs, not {len(self.stiffness)}")
+        wrong = [spring for spring in self.absent if not 0 <= spring < count]
+        if wrong:
+            raise SceneError(f"absent names springs 0 to {count - 1}, not {wrong[0]}")
+        given = require_nonnegative("stiffness", np.array(self.stiffness, dtype=float))
+        stiffness = np.array(np.broadcast_to(given, (count,)))
+        stiffness[self.absent] = 0.0
+        for direction in self.absent_directions:
+            stiffness[_parallel(lattice, np.array(direction))] = 0.0
+        return stiffness
+
+    def build(self, model: Model) -> Reference:
+        from springopt.reference.spring import SpringReference
+
+        return SpringReference(model, self.spring_stiffness(model.lattice))
+
+
+def _parallel(lattice: SpringLattice, direction: Floats) -> Booleans:
+    spans = lattice.nodes[lattice.springs[:, 1]] - lattice.nodes[lattice.springs[:, 0]]
+    lengths = np.linalg.norm(spans, axis=1) * np.linalg.norm(direction)
+    return np.abs(spans @ direction) >= lengths * (1 - 1e-9)
+
+
+ReferenceTable = Annotated[FemTable | SpringTable, Discriminator("kind")]

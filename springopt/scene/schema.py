@@ -1,0 +1,73 @@
+"""The scene: everything that states a problem, checked."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import Field
+
+from springopt.scene.effect_tables import GravityTable
+from springopt.scene.encoding_tables import EncodingTable
+from springopt.scene.lattice_tables import LatticeTable
+from springopt.scene.load_case_tables import LoadCasesTable
+from springopt.scene.reference_tables import ReferenceTable
+from springopt.scene.table import Table
+
+if TYPE_CHECKING:
+    from springopt.scene.build import Setup
+
+Positive = Annotated[float, Field(gt=0)]
+PositiveCount = Annotated[int, Field(gt=0)]
+
+
+class ObjectiveTable(Table):
+    """What is minimized over the training load cases."""
+
+    minimize: Literal["distance", "relative-distance", "least-squares"] = "distance"
+    tolerance: Annotated[float, Field(gt=0, lt=1)] = 1e-8
+    cost_cap: Positive | None = None
+
+
+class BudgetTable(Table):
+    """Where a run ends, if the command line does not say otherwise."""
+
+    evaluations: PositiveCount | None = None
+    solves: PositiveCount | None = None
+    seconds: Positive | None = None
+    target: float | None = None
+
+
+class Scene(Table):
+    """A checked scene, complete in itself: what it extends is merged in, and mesh files are read."""
+
+    name: str
+    title: str
+    lattice: LatticeTable
+    effects: list[GravityTable] = Field(default_factory=list)
+    load_cases: LoadCasesTable
+    reference: ReferenceTable
+    encoding: EncodingTable
+    objective: ObjectiveTable = ObjectiveTable()
+    budget: BudgetTable = BudgetTable()
+    optimizers: dict[str, dict[str, Any]] = Field(default_factory=dict)
+
+    def build(self) -> Setup:
+        """The lattice, load cases, reference positions, model, encoding and objective that the scene states."""
+        from springopt.scene.build import build
+
+        return build(self)
+
+    def optimizer_options(self, optimizer: str) -> dict[str, Any]:
+        """What the scene sets for this optimizer."""
+        return dict(self.optimizers.get(optimizer, {}))
+
+    def to_json(self) -> str:
+        """The scene as text that `from_json` reads, without any other file."""
+        return self.model_dump_json(exclude_none=True)
+
+    @classmethod
+    def from_json(cls, text: str) -> Scene:
+        """The scene that `to_json` wrote."""
+        from springopt.scene.load import read_json
+
+        return read_json(text)
