@@ -74,10 +74,8 @@ def test_core_and_plugins_are_installed_in_one_command(run, tmp_path, monkeypatc
     monkeypatch.setattr(run, "call", commands.append)
     run.install(["pip", "install"])
     (command,) = commands
-    assert [command[i + 1] for i, word in enumerate(command) if word == "--editable"] == [
-        f"{tmp_path}/.[dev]",
-        f"{tmp_path}/./plugins/one",
-    ]
+    projects = [command[place + 1] for place, word in enumerate(command) if word == "--editable"]
+    assert projects == [f"{tmp_path}[dev]", f"{tmp_path}/plugins/one"]
 
 
 def test_an_unfinished_installation_leaves_no_stamp(run, tmp_path, monkeypatch, capsys):
