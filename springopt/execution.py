@@ -39,9 +39,9 @@ def execute(
         problem = Problem(setup.objective, setup.encoding, budget, journal, watch=watch)
         require_supplies(optimizer, problem.supplies)
         why = _minimize(optimizer, problem, np.random.default_rng(order.seed))
-        run = _result(order, setup, problem, why, journal and run_path(journal.path))
         if progress:
             _tell(progress, problem.meter)
+        run = _result(order, setup, problem, why, journal and run_path(journal.path))
         if journal:
             write(run_path(journal.path), _run_file(order, setup, run), journal.answers())
             journal.delete()

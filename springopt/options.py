@@ -79,23 +79,24 @@ def _explanations_in(cls: type) -> dict[str, str]:
         source = dedent(inspect.getsource(cls))
     except (OSError, TypeError):
         return {}
-    comments = _marked_comments(source)
+    behind, alone = _marked_comments(source)
     body = ast.parse(source).body[0].body  # type: ignore[attr-defined]
     return {
-        statement.target.id: comments.get(statement.end_lineno) or _above(statement.lineno, comments)
+        statement.target.id: behind.get(statement.end_lineno) or _above(statement.lineno, alone)
         for statement in body
         if isinstance(statement, ast.AnnAssign) and isinstance(statement.target, ast.Name)
     }
 
 
-def _marked_comments(source: str) -> dict[int, str]:
-    """The text of each `#:` comment by its line; those that follow code and those on lines of their own."""
-    tokens = tokenize.generate_tokens(io.StringIO(source).readline)
-    return {
-        token.start[0]: token.string[2:].strip()
-        for token in tokens
-        if token.type == tokenize.COMMENT and token.string.startswith("#:")
-    }
+def _marked_comments(source: str) -> tuple[dict[int, str], dict[int, str]]:
+    """The text of each `#:` comment by its line: those behind code, and those alone on their line."""
+    behind: dict[int, str] = {}
+    alone: dict[int, str] = {}
+    for token in tokenize.generate_tokens(io.StringIO(source).readline):
+        if token.type == tokenize.COMMENT and token.string.startswith("#:"):
+            place = alone if token.line.lstrip().startswith("#:") else behind
+            place[token.start[0]] = token.string[2:].strip()
+    return behind, alone
 
 
 def _above(line: int, comments: dict[int, str]) -> str:

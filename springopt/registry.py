@@ -36,8 +36,8 @@ def load_optimizer(name: str) -> type[Optimizer]:
 
 def _entries() -> dict[str, EntryPoint]:
     """Entry points by name; of two distributions with one name the first in the alphabet has it."""
-    entries = sorted(entry_points(group=GROUP), key=_distribution, reverse=True)
-    return dict(sorted((entry.name, entry) for entry in entries))
+    last_wins = sorted(entry_points(group=GROUP), key=_distribution, reverse=True)
+    return dict(sorted({entry.name: entry for entry in last_wins}.items()))
 
 
 def _load(entry: EntryPoint) -> type[Optimizer]:

@@ -1,0 +1,66 @@
+from importlib.metadata import EntryPoint
+
+import pytest
+
+from springopt import registry
+from springopt.errors import PluginError
+from springopt.random_search import RandomSearch
+from springopt.registry import load_optimizer, optimizers
+
+
+def entry(name, value, distribution="springopt-strange"):
+    """An entry point of a distribution that is not installed."""
+    dist = type("Distribution", (), {"name": distribution})()
+    point = EntryPoint(name=name, value=value, group=registry.GROUP)
+    vars(point)["dist"] = dist
+    return point
+
+
+@pytest.fixture
+def install(monkeypatch):
+    def install(*entries):
+        monkeypatch.setattr(registry, "entry_points", lambda group: entries)
+
+    return install
+
+
+RANDOM = entry("random-search", "springopt.random_search:RandomSearch", "springopt")
+
+
+def test_the_core_brings_random_search_by_an_entry_point_of_its_own():
+    assert optimizers()["random-search"] is RandomSearch
+    assert load_optimizer("random-search") is RandomSearch
+
+
+def test_an_unknown_name_is_refused_with_a_hint():
+    with pytest.raises(PluginError, match=r"no optimizer 'random-serch'; installed: .*Did you mean 'random-search'"):
+        load_optimizer("random-serch")
+
+
+@pytest.mark.parametrize(
+    ("value", "why"),
+    [
+        ("springopt_gone:Optimizer", "can't be loaded .ModuleNotFoundError"),
+        ("springopt.random_search:Gone", "can't be loaded .AttributeError"),
+        ("springopt.errors:UserError", "is no Optimizer with the name 'strange'"),
+        ("springopt.random_search:RandomSearch", "is no Optimizer with the name 'strange'"),
+    ],
+)
+def test_a_broken_plugin_is_left_out_with_a_warning_that_names_its_distribution(install, value, why):
+    install(RANDOM, entry("strange", value))
+    with pytest.warns(RuntimeWarning, match=rf"of springopt-strange {why}"):
+        assert optimizers() == {"random-search": RandomSearch}
+    with pytest.raises(PluginError, match="of springopt-strange"):
+        load_optimizer("strange")
+
+
+def test_a_broken_plugin_is_in_nobodys_way(install):
+    install(RANDOM, entry("strange", "springopt_gone:Optimizer"))
+    assert load_optimizer("random-search") is RandomSearch
+
+
+def test_of_two_distributions_with_one_name_always_the_same_has_it(install):
+    entries = [RANDOM, entry("random-search", "springopt_gone:Optimizer")]
+    for order in (entries, entries[::-1]):
+        install(*order)
+        assert load_optimizer("random-search") is RandomSearch
