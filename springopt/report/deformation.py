@@ -31,7 +31,7 @@ def deformations(
     cases: Sequence[LoadCase], reference: Floats, model: Floats, errors: Sequence[Mapping[str, Any]]
 ) -> list[Deformation]:
     """One for each load case, from positions of shape (c, n, d), with the errors as captions."""
-    captions = [f"error {error['relative_distance']:.2g}, largest {error['max_distance']:.2g}" for error in errors]
+    captions = [f"error {error['relative_distance']:#.2g}, largest {error['max_distance']:#.2g}" for error in errors]
     return [Deformation(*parts) for parts in zip(cases, reference, model, captions, strict=True)]
 
 

@@ -23,7 +23,7 @@ from springopt.report.stiffness import draw_stiffness
 
 PANEL_WIDTH = 1.65  # inches
 MOST_COLUMNS = 6
-CAPTION = "error: mean distance of the nodes by the smallest rest length; largest: distance of any node"
+CAPTION = "error: mean distance of the nodes over the smallest rest length; largest: distance of any node"
 ROLES = {"train": "Training", "test": "Test"}
 
 

@@ -36,7 +36,7 @@ def errors_table(errors: Sequence[Mapping[str, Any]]) -> Table:
             label = "sum: the objective in each definition" if role == "train" else "sum"
             table.add_row(label, heading, *_numbers(sums), "", style="bold", end_section=True)
     table.caption = (
-        "distance: mean over the nodes; relative: the same by the smallest rest length; "
+        "distance: mean over the nodes; relative: the same over the smallest rest length; "
         "least squares: half the sum of squares; largest: of any node"
     )
     table.caption_justify = "left"

@@ -48,6 +48,10 @@ def _sentence(finding: Mapping[str, Any], root: type[Table]) -> str:
             return f"{path} should be {context['expected']}, but is {finding['input']!r}.{guess}"
         case "model_type" | "model_attributes_type" | "dict_type":
             return f"{path} should be a table, but is {_shown(finding['input'])}"
+        case "too_short" | "too_long":
+            least, most = context.get("min_length"), context.get("max_length")
+            wanted = f"{least} or more" if most is None else f"{most} or fewer"
+            return f"{path} should have {wanted} entries, but has {context['actual_length']}"
         case _:
             wanted = str(finding["msg"]).removeprefix("Input ")
             return f"{path} {wanted[0].lower()}{wanted[1:]}, but is {_shown(finding['input'])}"

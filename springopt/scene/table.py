@@ -40,7 +40,7 @@ def parse_numbers(value: Any) -> float | list[float]:
     legal = all(isinstance(number, int | float) and not isinstance(number, bool) for number in numbers)
     if not legal or not all(map(isfinite, numbers)):
         raise fault(f"should be a finite number or a list of such, but is {value!r}")
-    return value
+    return [float(number) for number in numbers] if isinstance(value, list) else float(value)
 
 
 Numbers = Annotated[float | list[float], PlainValidator(parse_numbers)]

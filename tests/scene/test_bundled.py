@@ -1,0 +1,91 @@
+"""The bundled scenes: each builds, sees every spring, and holds the numbers that the paper states."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize_scalar
+
+from springopt.scene import Setup, bundled_scenes, load_scene
+
+every_scene = pytest.mark.parametrize("name", bundled_scenes())
+
+
+def build(name: str) -> Setup:
+    return load_scene(name).build()
+
+
+def test_there_is_a_scene_for_each_experiment() -> None:
+    topology = {"paper-topology-2d-isotropic", "paper-topology-2d-anisotropic", "paper-topology-3d"}
+    limited = {f"paper-fem-2d-{limit}" for limit in ("4", "8", "homogeneous", "two-class", "three-class")}
+    assert set(bundled_scenes()) == topology | limited | {"paper-stiffness-2d", "paper-fem-2d"}
+
+
+@every_scene
+def test_some_load_case_sees_every_spring(name: str) -> None:
+    scene = load_scene(name)
+    lattice = scene.lattice.build()
+    seen = [
+        case.free[lattice.springs].any(axis=(1, 2)) for case in scene.load_cases.build(lattice) if case.role == "train"
+    ]
+    assert np.any(seen, axis=0).all()
+
+
+@every_scene
+def test_the_reference_s_deformation_is_finite_and_moves_nodes(name: str) -> None:
+    setup = build(name)
+    furthest = np.linalg.norm(setup.reference_positions - setup.lattice.nodes, axis=2).max(axis=1)
+    assert (furthest > 0.05).all()
+    assert (furthest < 0.75).all()
+    assert len(setup.cases) == len(setup.reference_positions)
+
+
+@every_scene
+def test_the_middle_of_the_box_has_an_equilibrium(name: str) -> None:
+    setup = build(name)
+    middle = np.ones(setup.encoding.size) if setup.encoding.kind == "binary" else setup.encoding.upper / 2
+    evaluation = setup.objective.evaluate(setup.encoding.decode(middle[None]))
+    assert evaluation.values[0] < setup.objective.cost_cap
+
+
+@every_scene
+def test_budgets_are_whole_generations(name: str) -> None:
+    scene = load_scene(name)
+    population = scene.optimizer_options("paper-ga")["population"]
+    assert scene.budget.evaluations is not None
+    assert scene.budget.evaluations % population == 0
+
+
+def test_the_main_experiment_is_the_paper_s() -> None:
+    setup = build("paper-fem-2d")
+    roles = [case.role for case in setup.cases]
+    assert (setup.lattice.spring_count, roles.count("train"), roles.count("test")) == (72, 12, 4)
+    assert setup.scene.optimizer_options("paper-ga") == {"population": 10, "a": 5.0, "b": 0.0}
+    training = setup.reference_positions[:12] - setup.lattice.nodes
+    furthest = np.linalg.norm(training, axis=2).max(axis=1)
+    assert ((furthest > 0.2) & (furthest < 0.6)).all()
+
+
+def test_each_side_is_held_as_often_as_the_others() -> None:
+    for name, times in {"paper-fem-2d": 3, "paper-fem-2d-8": 2, "paper-fem-2d-4": 1}.items():
+        setup = build(name)
+        held = [case.supports[:, 0].tobytes() for case in setup.cases if case.role == "train"]
+        assert sorted(held.count(side) for side in set(held)) == [times] * 4
+
+
+def test_the_best_homogeneous_stiffness_is_table_1_s() -> None:
+    objective = build("paper-fem-2d-homogeneous").objective
+    best = minimize_scalar(lambda k: objective.evaluate(np.full((1, 72), k)).values[0], bounds=(2, 7), method="bounded")
+    assert best.x == pytest.approx(4.07, rel=0.05)
+    assert best.x == pytest.approx(4.24, abs=0.01)
+
+
+def test_the_anisotropic_reference_lacks_the_springs_of_one_diagonal() -> None:
+    scene = load_scene("paper-topology-2d-anisotropic")
+    stiffness = scene.reference.spring_stiffness(scene.lattice.build())  # type: ignore[union-attr]
+    assert np.count_nonzero(stiffness) == 72 - 16
+
+
+def test_the_3d_scene_is_the_paper_s() -> None:
+    setup = build("paper-topology-3d")
+    assert (setup.lattice.node_count, setup.lattice.spring_count, setup.encoding.size) == (64, 468, 468)
+    assert [case.role for case in setup.cases].count("train") == 6
+    assert setup.objective.evaluate(np.full((1, 468), 5.0)).values[0] == pytest.approx(0.0, abs=1e-9)
