@@ -7,7 +7,6 @@ A plugin's whole test is `check_optimizer(MyOptimizer)`, or `pytest.mark.paramet
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import math
 from collections.abc import Callable, Iterator
 from typing import Literal
@@ -38,13 +37,16 @@ def check_optimizer(optimizer: type[Optimizer] | Optimizer) -> None:
 def check_options_are_documented(optimizer: type[Optimizer] | Optimizer) -> None:
     """It has a name and known needs, and every option a type, a legal default and an explanation behind `#:`."""
     cls = optimizer if isinstance(optimizer, type) else type(optimizer)
-    frozen = dataclasses.is_dataclass(cls) and cls.__dataclass_params__.frozen  # type: ignore[attr-defined]
-    _require(bool(frozen), f"{cls.__name__} must be a frozen dataclass: decorate it with @dataclass(frozen=True).")
+    frozen = "__dataclass_params__" in vars(cls) and cls.__dataclass_params__.frozen  # type: ignore[attr-defined]
+    _require(frozen, f"{cls.__name__} must be a frozen dataclass: decorate it with @dataclass(frozen=True).")
     _require(isinstance(getattr(cls, "name", None), str), f"{cls.__name__} has no name; give it a class attribute.")
     _require(set(cls.needs) <= set(NEEDS), f"{cls.name} has unknown needs {set(cls.needs) - set(NEEDS)}.")
     for option in options_of(cls):
         _require(bool(option.explanation), f"option {option.name} of {cls.name} has no explanation; put one behind #:.")
-        make_optimizer(cls, {option.name: option.default})
+        try:
+            make_optimizer(cls, {option.name: option.default})
+        except UserError as error:
+            raise AssertionError(f"the default of option {option.name} of {cls.name} is illegal: {error}") from error
 
 
 def check_finishes_at_the_budget(optimizer: type[Optimizer] | Optimizer) -> None:
