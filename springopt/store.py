@@ -79,12 +79,13 @@ def read(path: Path) -> RunFile:
 def read_answers(path: Path) -> list[Answer]:
     """The answers of a run file, in order."""
     with _open(path) as file:
-        columns = {name: _unpack(file["answers"][name]) for name in _BLOBS}
-        for name in Answer._fields:
-            columns.setdefault(name, file["answers"][name][()].tolist())
-        columns["kind"] = [kind.decode() for kind in columns["kind"]]
-        columns["value"] = [None if np.isnan(value) else value for value in columns["value"]]
-        return [Answer(*row) for row in zip(*(columns[name] for name in Answer._fields), strict=True)]
+        group = file["answers"]
+        columns = {
+            name: _unpack(group[name]) if name in _BLOBS else group[name][()].tolist() for name in Answer._fields
+        }
+    columns["kind"] = [kind.decode() for kind in columns["kind"]]
+    columns["value"] = [None if np.isnan(value) else value for value in columns["value"]]
+    return [Answer(*row) for row in zip(*columns.values(), strict=True)]
 
 
 def _write_run(file: h5py.File, run: Run) -> None:

@@ -1,0 +1,170 @@
+import dataclasses
+import json
+
+import h5py
+import numpy as np
+import pytest
+
+from springopt.errors import RunFileError
+from springopt.lattice import SpringLattice
+from springopt.load_case import LoadCase
+from springopt.recorder import NO_QUESTION, Answer
+from springopt.run import Order, Run
+from springopt.store import FORMAT, RunFile, read, read_answers, write
+
+ANSWERS = [
+    Answer("value", bytes(range(16)), 1e-8, 0, 0.1 + 0.2, 1.5, 1.25),
+    Answer("gradient", bytes(16), 1e-8, 0, -0.0, 2.5, 2.25, np.array([1e-300, -0.0]).tobytes()),
+    Answer("jacobian", bytes(16), 1e-8, 0, 3.0, 2.5, 2.25, None, b"x" * 16),
+    Answer("gradient", bytes(16), 1e-8, -1, None, 3.5, 3.25, "§ no equilibrium".encode()),
+    Answer("budget_left", NO_QUESTION, 1e-8, 0, np.inf, 4.0, 4.0),
+]
+LATTICE = SpringLattice.grid((2, 2))
+CASES = [
+    LoadCase("pull “x”", supports=np.array([1, 0, 1, 0], dtype=bool), forces=np.ones((4, 2))),
+    LoadCase(
+        "press", supports=np.ones(4, dtype=bool), forces=np.zeros((4, 2)), prescribed=np.ones((4, 2)), role="test"
+    ),
+]
+RUN = Run(
+    objective=0.1 + 0.2,
+    evaluations=9,
+    solves=18,
+    seconds=1.5,
+    processor_seconds=1.25,
+    stiffness=np.array([1.0, 0.0, 2.0, 3.0, 1e-300, 6.0]),
+    point=np.array([1.0, -0.0]),
+    classes={"all": {"mean": 2.0}},
+    errors=[{"name": "pull “x”", "role": "train", "distance": 0.1}],
+    optimizer="sampler",
+    options={"batch": 3},
+    scene="square",
+    seed=5,
+    run=None,
+    complete=False,
+    why_stopped="interrupted",
+    history=[(1, 5.0), (7, 0.1 + 0.2)],
+    notes={"rate": [(0, 1.0), (4, 0.1)]},
+)
+ORDER = Order(scene='{"é": 1}', optimizer="sampler", options={"batch": 3}, seed=5, budget={}, origin={"numpy": "2"})
+
+
+def contents(**changes):
+    positions = np.random.default_rng(0).uniform(size=(2, 2, 4, 2))
+    parts = {"order": ORDER, "run": RUN, "lattice": LATTICE, "cases": CASES}
+    return RunFile(**parts | changes, reference_positions=positions[0], positions=positions[1])
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "run.h5"
+
+
+def same(one, other):
+    """Whether two dataclasses hold the same, to the bit."""
+    for field in dataclasses.fields(one):
+        np.testing.assert_equal(getattr(other, field.name), getattr(one, field.name), field.name)
+
+
+def test_everything_comes_back_to_the_bit(path):
+    write(path, contents(), ANSWERS)
+    back = read(path)
+    assert back.order == ORDER
+    assert back.run.run == str(path)
+    same(dataclasses.replace(RUN, run=str(path)), back.run)
+    same(LATTICE, back.lattice)
+    for case, other in zip(CASES, back.cases, strict=True):
+        same(case, other)
+    np.testing.assert_array_equal(back.positions, contents().positions)
+    np.testing.assert_array_equal(back.reference_positions, contents().reference_positions)
+    assert read_answers(path) == ANSWERS
+
+
+def test_a_lattice_without_cells_and_a_run_without_notes_come_back(path):
+    bare = SpringLattice(nodes=LATTICE.nodes, springs=LATTICE.springs)
+    write(path, contents(lattice=bare, run=dataclasses.replace(RUN, notes={})), ANSWERS)
+    assert read(path).lattice.cells is None
+    assert read(path).run.notes == {}
+
+
+def test_only_the_run_file_is_left_behind(path):
+    write(path, contents(), ANSWERS)
+    write(path, contents(), ANSWERS)
+    assert [entry.name for entry in path.parent.iterdir()] == ["run.h5"]
+
+
+def test_a_file_that_can_not_be_written_is_told_in_one_sentence_and_leaves_nothing(path):
+    path.mkdir()
+    with pytest.raises(RunFileError, match=r"can't be written .*its journal holds the run"):
+        write(path, contents(), ANSWERS)
+    assert list(path.parent.iterdir()) == [path]
+
+
+def test_an_order_comes_back_from_its_json():
+    assert Order.from_json(ORDER.to_json()) == ORDER
+
+
+def test_a_run_is_one_json_object_with_every_number_exact():
+    told = json.loads(RUN.to_json())
+    assert set(told) == {field.name for field in dataclasses.fields(RUN)}
+    assert told["objective"] == RUN.objective
+    assert told["stiffness"] == RUN.stiffness.tolist()
+    assert told["history"] == [[1, 5.0], [7, RUN.objective]]
+
+
+def test_numbers_that_are_not_finite_are_null_in_json():
+    run = dataclasses.replace(RUN, objective=np.inf, errors=[{"distance": float("nan")}])
+    told = json.loads(run.to_json())
+    assert told["objective"] is None
+    assert told["errors"] == [{"distance": None}]
+
+
+def damage(path, kind):
+    """Makes a run file, and from it one that can't be read."""
+    write(path, contents(), ANSWERS * 100)
+    if kind == "missing":
+        path.unlink()
+    elif kind == "text":
+        path.write_text("notes")
+    elif kind == "empty":
+        path.write_bytes(b"")
+    elif kind == "truncated":
+        path.write_bytes(path.read_bytes()[:-100])
+    elif kind == "half":
+        path.write_bytes(path.read_bytes()[:4096])
+    elif kind == "foreign":
+        h5py.File(path, "w").close()
+    else:
+        with h5py.File(path, "a") as file:
+            if kind == "newer":
+                file.attrs["version"] = FORMAT + 1
+            else:
+                del file[kind]
+
+
+@pytest.mark.parametrize(
+    ("kind", "sentence"),
+    [
+        ("missing", "there is no run file .*run.h5; give the path"),
+        ("text", "is no run file of springopt; give the path"),
+        ("empty", "is no run file of springopt; give the path"),
+        ("truncated", "is damaged .*; start a new run"),
+        ("half", "is damaged .*; start a new run"),
+        ("foreign", "is an HDF5 file, but no run file of springopt"),
+        ("newer", f"has run file format {FORMAT + 1}, and this springopt knows up to {FORMAT}"),
+        ("positions", "is damaged .*; start a new run"),
+        ("lattice/nodes", "is damaged .*; start a new run"),
+        ("run", "is damaged .*; start a new run"),
+        ("stiffness", "is damaged .*; start a new run"),
+    ],
+)
+def test_a_file_that_can_not_be_read_is_refused_in_one_sentence(path, kind, sentence):
+    damage(path, kind)
+    with pytest.raises(RunFileError, match=sentence):
+        read(path)
+
+
+def test_answers_that_are_missing_are_damage_too(path):
+    damage(path, "answers/value")
+    with pytest.raises(RunFileError, match="is damaged"):
+        read_answers(path)
