@@ -61,7 +61,6 @@ def draw(learned: Learned) -> Figure:
             draw_convergence(axes, learned.history, learned.evaluations)
         draw_stiffness(right, learned.stiffness, _classes(learned.lattice))
         figure.legend(handles=_legend(), loc="outside lower center", ncols=5, handlelength=1.6, title=CAPTION)
-        figure.draw_without_rendering()
     return figure
 
 

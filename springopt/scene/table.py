@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from math import isfinite
 from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, PlainValidator, ValidationInfo
@@ -37,8 +37,9 @@ def faults_of_users() -> Iterator[None]:
 def parse_numbers(value: Any) -> float | list[float]:
     """One number, or a list with one for each of something."""
     numbers = value if isinstance(value, list) else [value]
-    legal = all(isinstance(number, int | float) and not isinstance(number, bool) for number in numbers)
-    if not legal or not all(map(isfinite, numbers)):
+    if not all(isinstance(number, int | float) and not isinstance(number, bool) for number in numbers) or not all(
+        abs(number) <= sys.float_info.max for number in numbers
+    ):
         raise fault(f"should be a finite number or a list of such, but is {value!r}")
     return [float(number) for number in numbers] if isinstance(value, list) else float(value)
 

@@ -1,0 +1,132 @@
+"""Each command, from its words to what it prints and writes."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+SOLVE = ("solve", "--optimizer", "random-search", "--evaluations", "40")
+
+
+def test_solve_prints_errors_classes_and_the_run_file(springopt) -> None:
+    code, out, _ = springopt(*SOLVE)
+    assert code == 0
+    assert "paper-fem-2d, random-search, seed 0: objective" in out
+    for text in ("pull right", "press between", "sum: the objective in each definition", "boundary straight"):
+        assert text in out
+    assert "springopt show paper-fem-2d-random-search-seed0.h5 --figure" in out
+    assert Path("paper-fem-2d-random-search-seed0.h5").is_file()
+    assert not Path("paper-fem-2d-random-search-seed0.h5.journal").exists()
+
+
+def test_solve_as_json_is_one_document_with_what_machines_need(springopt) -> None:
+    code, out, err = springopt(*SOLVE, "--seed", "3", "--out", "mine.h5", "--json")
+    run = json.loads(out)
+    assert (code, err) == (0, "")
+    assert {"processor_seconds", "seconds", "solves"} < set(run)
+    assert (run["evaluations"], run["optimizer"], run["scene"]) == (40, "random-search", "paper-fem-2d")
+    assert (run["seed"], run["run"], len(run["stiffness"])) == (3, "mine.h5", 72)
+    training = [error["distance"] for error in run["errors"] if error["role"] == "train"]
+    assert run["objective"] == pytest.approx(sum(training))
+
+
+def test_the_same_seed_gives_the_same_answer_and_another_seed_another(springopt) -> None:
+    answers = [
+        json.loads(springopt(*SOLVE, "--seed", seed, "--out", f"{i}.h5", "--json").out)["objective"]
+        for i, seed in enumerate("001")
+    ]
+    assert answers[0] == answers[1] != answers[2]
+
+
+def test_solve_takes_a_scene_of_one_s_own_and_options(springopt) -> None:
+    text = 'extends = "paper-fem-2d-two-class"\ntitle = "Mine"\n[optimizers.random-search]\nbatch = 4\n'
+    Path("mine.toml").write_text(text)
+    run = json.loads(springopt(*SOLVE, "mine.toml", "--json").out)
+    assert (run["scene"], run["options"], list(run["classes"])) == ("mine", {"batch": 4}, ["straight", "diagonal"])
+    run = json.loads(springopt(*SOLVE, "mine.toml", "--set", "batch=5", "--out", "five.h5", "--json").out)
+    assert run["options"] == {"batch": 5}
+
+
+def test_a_complete_run_is_only_read_when_it_is_resumed(springopt) -> None:
+    first = json.loads(springopt(*SOLVE, "--out", "mine.h5", "--json").out)
+    code, out, _ = springopt("solve", "--resume", "mine.h5", "--json")
+    assert (code, json.loads(out)) == (0, first)
+
+
+def test_an_interrupted_run_says_how_to_go_on_and_exits_130(springopt, monkeypatch: pytest.MonkeyPatch) -> None:
+    from springopt import runner
+
+    solve = runner.solve
+
+    def interrupted(*arguments, **options):
+        return replace(solve(*arguments, **options), complete=False, why_stopped="interrupted")
+
+    monkeypatch.setattr(runner, "solve", interrupted)
+    code, _, err = springopt(*SOLVE, "--out", "mine.h5")
+    assert code == 130
+    assert "springopt solve --resume mine.h5" in err
+
+
+def test_show_prints_what_solve_printed_and_draws_a_figure(springopt) -> None:
+    solved = springopt(*SOLVE, "--out", "mine.h5").out
+    code, out, _ = springopt("show", "mine.h5", "--figure", "mine.png")
+    assert code == 0
+    assert out.partition("Run file")[0] == solved.partition("Run file")[0]
+    assert Path("mine.png").read_bytes().startswith(b"\x89PNG")
+    assert set(json.loads(springopt("show", "mine.h5", "--json").out)) >= {"objective", "errors", "history"}
+
+
+def test_simulate_tells_of_every_load_case_and_writes_arrays(springopt) -> None:
+    code, out, _ = springopt(
+        "simulate", "paper-fem-2d", "--stiffness", "4.2", "--out", "here.npz", "--figure", "here.svg"
+    )
+    assert code == 0
+    assert out.count("converged") == 16
+    with np.load("here.npz") as arrays:
+        assert arrays["positions"].shape == arrays["reference_positions"].shape == (16, 25, 2)
+        assert set(arrays["status"]) == {"converged"}
+    assert Path("here.svg").is_file()
+
+
+def test_simulate_of_a_run_repeats_its_errors(springopt) -> None:
+    run = json.loads(springopt(*SOLVE, "--out", "mine.h5", "--json").out)
+    cases = json.loads(springopt("simulate", "mine.h5", "--json").out)["load_cases"]
+    assert [case["distance"] for case in cases] == [error["distance"] for error in run["errors"]]
+    assert np.array(cases[0]["positions"]).shape == (25, 2)
+
+
+@pytest.mark.parametrize("ending", ["npy", "csv", "txt", "json"])
+def test_stiffness_is_read_from_a_file(springopt, ending: str) -> None:
+    stiffness = np.linspace(1.0, 8.0, 72)
+    path = Path(f"stiffness.{ending}")
+    if ending == "npy":
+        np.save(path, stiffness)
+    elif ending == "json":
+        path.write_text(json.dumps({"stiffness": stiffness.tolist()}))
+    else:
+        np.savetxt(path, stiffness[None], delimiter="," if ending == "csv" else " ")
+    answer = json.loads(springopt("simulate", "paper-fem-2d-4", "--stiffness", str(path), "--json").out)
+    assert answer["stiffness"] == pytest.approx(stiffness.tolist())
+
+
+def test_a_candidate_without_springs_is_an_answer_and_no_error(springopt) -> None:
+    code, out, _ = springopt("simulate", "paper-fem-2d", "--stiffness", "0")
+    assert code == 0
+    assert out.count("mechanism") == 16
+
+
+def test_list_scenes_shows_titles_and_one_scene_s_text(springopt) -> None:
+    assert "Stiffness and topology from a 2D finite element reference" in springopt("list", "scenes").out
+    assert 'extends = "paper-fem-2d"' in springopt("list", "scenes", "paper-fem-2d-4").out
+    assert len(json.loads(springopt("list", "scenes", "--json").out)) == 10
+
+
+def test_list_optimizers_names_distributions_and_one_optimizer_s_options(springopt) -> None:
+    out = springopt("list", "optimizers").out
+    assert "random-search" in out
+    assert "Uniform sampling of the box." in out
+    assert "candidates per call" in springopt("list", "optimizers", "random-search").out
+    entry = next(e for e in json.loads(springopt("list", "optimizers", "--json").out) if e["name"] == "random-search")
+    assert (entry["distribution"], entry["options"][0]["default"]) == ("springopt", 32)

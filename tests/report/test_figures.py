@@ -1,0 +1,77 @@
+"""The page of a run: what is drawn where."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from springopt.lattice import SpringLattice, side
+from springopt.load_case import LoadCase
+from springopt.report.deformation import deformations
+from springopt.report.figures import Learned, draw, save
+
+FLAT, BLOCK = SpringLattice.grid((3, 3)), SpringLattice.grid((3, 3, 3))
+
+
+def learned(lattice: SpringLattice, roles: Sequence[str], history: Sequence[tuple[int, float]]) -> Learned:
+    """Nodes on the right, pulled by 0.2; the model lags by a tenth of that."""
+    pull = np.zeros_like(lattice.nodes)
+    pull[side(lattice, "right"), 0] = 0.2
+    supports = side(lattice, "left")
+    cases = [LoadCase(f"case {i}", supports, pull, role=role) for i, role in enumerate(roles)]
+    errors = [{"relative_distance": 0.02, "max_distance": 0.1}] * len(cases)
+    reference = np.stack([lattice.nodes + pull] * len(cases))
+    stiffness = np.linspace(0.0, 8.0, lattice.spring_count)
+    shown = deformations(cases, reference, reference - 0.1 * pull, errors)
+    return Learned("A run", lattice, stiffness, shown, history, 100)
+
+
+@pytest.mark.parametrize("lattice", [FLAT, BLOCK], ids=["2D", "3D"])
+def test_a_page_has_a_panel_for_each_load_case_then_convergence_and_stiffness(lattice: SpringLattice) -> None:
+    figure = draw(learned(lattice, ["train"] * 4 + ["test"] * 2, [(1, 0.5), (40, 0.1)]))
+    titles = [axes.get_title() for axes in figure.axes if axes.get_title()]
+    assert titles == [f"case {i}\nerror 0.020, largest 0.10" for i in range(6)]
+    assert [axes.get_title(loc="left") for axes in figure.axes[-2:]] == ["Convergence", "Stiffness"]
+    assert [frame.get_supylabel() for frame in figure.subfigs[:2]] == ["Training", "Test"]
+
+
+def test_all_panels_share_their_limits_and_hold_every_force_arrow() -> None:
+    panels = [axes for axes in draw(learned(FLAT, ["train", "test"], [(1, 0.5)])).axes if axes.get_title()]
+    assert {axes.get_xlim() for axes in panels} == {panels[0].get_xlim()}
+    assert panels[0].get_xlim()[1] > 2.2 + 2 / 8
+    assert all(axes.get_aspect() == 1.0 for axes in panels)
+
+
+def test_a_page_without_history_shows_no_convergence() -> None:
+    figure = draw(learned(FLAT, ["train"], []))
+    assert [axes.get_title(loc="left") for axes in figure.axes][-1] == "Stiffness"
+    assert not any(axes.get_title(loc="left") == "Convergence" for axes in figure.axes)
+
+
+@pytest.mark.parametrize("history", [[(1, 0.5), (9, 0.0)], [(3, 0.0)]])
+def test_convergence_to_zero_fits_a_log_scale(history: list[tuple[int, float]]) -> None:
+    axes = draw(learned(FLAT, ["train"], history)).axes[-2]
+    assert axes.get_yscale() == "log"
+    assert min(axes.lines[0].get_ydata()) > 0  # type: ignore[type-var, arg-type]
+    assert axes.lines[0].get_xdata()[-1] == 100  # type: ignore[index]
+
+
+def test_the_histogram_counts_present_springs_by_class() -> None:
+    page = learned(FLAT, ["train"], [])
+    axes = draw(page).axes[-1]
+    assert sum(bar.get_height() for bar in axes.patches) == np.count_nonzero(page.stiffness)
+    labels = [text.get_text() for text in axes.get_legend().get_texts()]  # type: ignore[union-attr]
+    assert [label.split(":")[0] for label in labels] == ["inner straight", "boundary straight", "diagonal"]
+
+
+def test_a_page_of_no_springs_can_be_drawn() -> None:
+    page = learned(FLAT, ["train"], [(1, 3.0)])
+    draw(Learned("none", FLAT, 0 * page.stiffness, page.deformations, page.history, 1))
+
+
+@pytest.mark.parametrize("ending", ["png", "svg"])
+def test_a_page_is_saved_as_its_ending_says(tmp_path: Path, ending: str) -> None:
+    path = tmp_path / f"page.{ending}"
+    save(draw(learned(FLAT, ["train"], [(1, 0.5)])), path)
+    assert path.stat().st_size > 5000
