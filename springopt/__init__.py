@@ -8,6 +8,7 @@ from importlib import import_module
 __version__ = "0.1.0"
 
 _HOME = {
+    "Budget": "springopt.budget",
     "Encoding": "springopt.encoding",
     "FemReference": "springopt.reference.fem",
     "Gravity": "springopt.effects.gravity",
@@ -16,11 +17,13 @@ _HOME = {
     "Objective": "springopt.objective",
     "Optimizer": "springopt.optimizer",
     "Problem": "springopt.problem",
+    "Run": "springopt.run",
     "Scene": "springopt.scene",
     "SpringLattice": "springopt.lattice",
     "SpringReference": "springopt.reference.spring",
     "Status": "springopt.forward.status",
     "load_scene": "springopt.scene",
+    "resume": "springopt.runner",
     "side": "springopt.lattice",
     "solve": "springopt.runner",
     "BudgetSpent": "springopt.errors",
