@@ -21,6 +21,8 @@ def read_mesh(mesh: Any) -> tuple[Floats, Integers, str]:
     """
     if isinstance(mesh, str | PathLike):
         mesh = _read_file(Path(mesh))
+    if not (hasattr(mesh, "points") and hasattr(mesh, "cells")):
+        raise UserError(f"A mesh must be a file or a meshio mesh, not {type(mesh).__name__}.")
     blocks = [(block.type, np.asarray(block.data, np.int64)) for block in mesh.cells if block.type in CELL_TYPES]
     if not blocks:
         found = ", ".join(sorted({block.type for block in mesh.cells})) or "no cells"

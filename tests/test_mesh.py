@@ -76,6 +76,11 @@ def test_a_file_that_is_missing_or_no_mesh_is_refused_in_silence(tmp_path, capsy
     assert capsys.readouterr().out == ""
 
 
+def test_what_is_no_mesh_is_refused():
+    with pytest.raises(UserError, match="not list"):
+        SpringLattice.from_mesh([POINTS, QUAD])
+
+
 def test_an_unknown_neighbourhood_is_refused():
     with pytest.raises(UserError, match="'edges' or 'cells' on a mesh, not 'moore'"):
         SpringLattice.from_mesh(meshio.Mesh(POINTS, {"quad": QUAD}), neighbourhood="moore")
