@@ -148,7 +148,7 @@ class Solution:
         """For each load case that is underdetermined, its modes without stiffness, orthonormal, shape (modes, n, d)."""
         modes = [np.zeros((0, *self.batch.lattice.nodes.shape)) for _ in self.batch.cases]
         for group in self.groups:
-            for row, number in enumerate(group.cases):
+            for number in group.cases:
                 if self.status[number] == Status.UNDERDETERMINED:
                     modes[number] = _zero_modes(group, self.stiffness, self.displacements[number].ravel())
         return modes

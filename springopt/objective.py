@@ -1,4 +1,4 @@
-"""The objective: the misfits of the training load cases, weighted and added to one number; its gradient and residuals."""
+"""The objective: the weighted sum of the training load cases' misfits, its gradient and its residuals."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 from springopt.checks import Floats, floats, require_finite, require_nonnegative, require_positive, require_shape
 from springopt.errors import NoEquilibrium, UserError, did_you_mean
 from springopt.forward.batch import Equilibria, Group, find, group_by_supports
-from springopt.forward.rest_modes import loaded_share
+from springopt.forward.rest_modes import zero_mode_share
 from springopt.forward.sensitivity import gradients, jacobians
 from springopt.forward.status import STATUSES, Status, has_equilibrium
 from springopt.load_case import LoadCase
-from springopt.misfit import MISFITS
+from springopt.misfit import MISFITS, Misfit
 from springopt.model import TOLERANCE, Model, Solution
 
 #: The cost cap, in misfits of a body whose every node is off by this many times its size.
@@ -82,15 +82,15 @@ class Objective:
     def evaluate(self, stiffness: ArrayLike) -> Evaluation:
         """The values of many candidates (m, s).
 
-        A candidate that has no equilibrium in some training load case costs the cap times one plus the mean share of
-        its unknowns that the load moves without resistance: the fewer, the cheaper.
+        A candidate without an equilibrium in some training load case costs the cap times one plus the share of zero
+        modes at rest among its unknowns, averaged over the load cases: a spring that stiffens it makes it cheaper.
         """
         candidates = self._candidates(stiffness)
         equilibria = find(self._groups, candidates, tolerance=self.tolerance)
         misfits = self._misfit.value(self._differences(equilibria), self.smallest_rest_length)
         values = np.minimum(misfits @ self._training_weights, self._cap)
         for m in np.flatnonzero(~has_equilibrium(equilibria.codes).all(axis=1)):
-            values[m] = self._cap * (1.0 + loaded_share(self._groups, candidates[m], equilibria.codes[m]))
+            values[m] = self._cap * (1.0 + zero_mode_share(self._groups, candidates[m], equilibria.codes[m]))
         return Evaluation(values, equilibria.codes.max(axis=1), equilibria.codes.size)
 
     def gradient(self, stiffness: ArrayLike) -> tuple[float, Floats]:
@@ -176,7 +176,7 @@ class Objective:
         return self.cost_cap
 
     @cached_property
-    def _misfit(self):  # type: ignore[no-untyped-def]
+    def _misfit(self) -> Misfit:
         return MISFITS[self.minimize]
 
     @cached_property

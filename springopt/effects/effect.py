@@ -17,9 +17,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from llvmlite import ir
 from numba import njit, types
 from numpy.typing import NDArray
 
+from springopt.effects.lanes import intrinsic
 from springopt.lattice import SpringLattice
 
 _INTEGERS, _FLOATS = types.CPointer(types.int64), types.CPointer(types.float64)
@@ -40,6 +42,10 @@ class Effect:
         """The compiled kernel (a `numba.cfunc` of KERNEL_SIGNATURE) of a nonlinear potential, or None."""
         return None
 
+    def couplings(self, lattice: SpringLattice) -> NDArray[np.int64]:
+        """The pairs of different nodes whose blocks the kernel adds to, shape (p, 2)."""
+        return np.zeros((0, 2), dtype=np.int64)
+
     def parameters(self, lattice: SpringLattice) -> NDArray[np.float64]:
         """What the kernel finds in `parameters`."""
         return np.zeros(0)
@@ -56,3 +62,24 @@ def tangent_block(block_of: Any, first: Any, start: Any, d: int, i: int, j: int)
     if column < 0:
         return -1
     return (start[row] + column - first[row]) * d * d
+
+
+@intrinsic
+def call_kernel(typing: Any, address: Any, d: Any, n: Any, arrays: Any) -> Any:
+    """Call the kernel at this address with the tuple of arrays of KERNEL_SIGNATURE.
+
+    By address and not as a first-class function, so that the compiled loop does not depend on which effects there are.
+    """
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        pointers = [
+            context.make_array(kind)(context, builder, builder.extract_value(arguments[3], k)).data
+            for k, kind in enumerate(signature.args[3])
+        ]
+        integer = ir.IntType(64)
+        kind = ir.FunctionType(ir.VoidType(), [integer, integer, *(pointer.type for pointer in pointers)])
+        function = builder.inttoptr(arguments[0], kind.as_pointer())
+        builder.call(function, [arguments[1], arguments[2], *pointers])
+        return context.get_dummy_value()
+
+    return types.void(types.int64, types.int64, types.int64, arrays), generate

@@ -13,9 +13,12 @@ from typing import Any
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
-from numba.extending import intrinsic, models, overload, register_model
+from numba.extending import intrinsic as _numba_intrinsic
+from numba.extending import models, overload, register_model
 
 LANE_COUNT = 8
+# numba types an intrinsic as its generator, with one argument more than its callers pass.
+intrinsic: Any = _numba_intrinsic
 _VECTOR = ir.VectorType(ir.DoubleType(), LANE_COUNT)
 _INDEX = ir.IntType(64)
 # Rows start at any multiple of 8 bytes: NumPy aligns its arrays to 16 only.
@@ -156,56 +159,57 @@ for _symbol, _operation in _ARITHMETIC.items():
 
 @intrinsic(prefer_literal=True)
 def subtract_block_products(
-    typing: Any, dimension: Any, array: Any, target: Any, left: Any, right: Any, count: Any
+    typing: Any, d: Any, sums: Any, target: Any, lefts: Any, left: Any, rights: Any, right: Any, count: Any
 ) -> Any:
-    """array[target] -= sum of left block @ right block transposed, over `count` consecutive pairs of d x d blocks.
+    """sums[target] -= sum of left block @ right block transposed, over `count` consecutive pairs of d x d blocks.
 
-    `target`, `left` and `right` are row numbers of `array` (rows, 8), each block d * d rows, row by row. The innermost
-    loop of the factorization: the block under way stays in registers, which only unrolled code can say.
+    `target`, `left` and `right` are row numbers of the arrays (rows, 8) before them; a block is d * d rows, row by row.
+    The innermost loop of the factorization: the block under way stays in registers, which only unrolled code can say.
     """
-    if not isinstance(dimension, types.IntegerLiteral):
+    if not isinstance(d, types.IntegerLiteral):
         return None
-    d = dimension.literal_value
+    size = d.literal_value
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        data = _data(context, builder, signature.args[1], arguments[1])
-        _, _, target_row, left_row, right_row, pair_count = arguments
+        sum_data, left_data, right_data = (_data(context, builder, signature.args[k], arguments[k]) for k in (1, 3, 5))
+        target_row, left_row, right_row, pair_count = (arguments[k] for k in (2, 4, 6, 7))
 
         def entry(first: Any, k: int) -> Any:
             return builder.add(first, ir.Constant(_INDEX, k))
 
-        before = [_load(builder, data, entry(target_row, k)) for k in range(d * d)]
+        before = [_load(builder, sum_data, entry(target_row, k)) for k in range(size * size)]
         start = builder.block
         head, body, end = (builder.append_basic_block(name) for name in ("pairs", "pair", "pairs.end"))
         builder.branch(head)
 
         builder.position_at_end(head)
         pair = builder.phi(_INDEX)
-        sums = [builder.phi(_VECTOR) for _ in range(d * d)]
+        totals = [builder.phi(_VECTOR) for _ in range(size * size)]
         builder.cbranch(builder.icmp_signed("<", pair, pair_count), body, end)
 
         builder.position_at_end(body)
-        offset = builder.mul(pair, ir.Constant(_INDEX, d * d))
+        offset = builder.mul(pair, ir.Constant(_INDEX, size * size))
         left_block, right_block = builder.add(left_row, offset), builder.add(right_row, offset)
-        right_entries = [_load(builder, data, entry(right_block, k)) for k in range(d * d)]
-        after = list(sums)
-        for a in range(d):
-            for c in range(d):
-                negative = builder.fneg(_load(builder, data, entry(left_block, a * d + c)))
-                for b in range(d):
-                    k = a * d + b
-                    after[k] = _fused_multiply_add(builder, negative, right_entries[b * d + c], after[k])
+        right_entries = [_load(builder, right_data, entry(right_block, k)) for k in range(size * size)]
+        after = list(totals)
+        for a in range(size):
+            for c in range(size):
+                negative = builder.fneg(_load(builder, left_data, entry(left_block, a * size + c)))
+                for b in range(size):
+                    k = a * size + b
+                    after[k] = _fused_multiply_add(builder, negative, right_entries[b * size + c], after[k])
         following = builder.add(pair, ir.Constant(_INDEX, 1))
         builder.branch(head)
 
         pair.add_incoming(ir.Constant(_INDEX, 0), start)
         pair.add_incoming(following, body)
-        for total, first, later in zip(sums, before, after, strict=True):
+        for total, first, later in zip(totals, before, after, strict=True):
             total.add_incoming(first, start)
             total.add_incoming(later, body)
         builder.position_at_end(end)
-        for k in range(d * d):
-            _store(builder, data, entry(target_row, k), sums[k])
+        for k in range(size * size):
+            _store(builder, sum_data, entry(target_row, k), totals[k])
         return context.get_dummy_value()
 
-    return types.void(dimension, array, types.intp, types.intp, types.intp, types.intp), generate
+    rows = types.intp
+    return types.void(d, sums, rows, lefts, rows, rights, rows, rows), generate

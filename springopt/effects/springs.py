@@ -13,6 +13,7 @@ from springopt.effects.lanes import fma, load, maximum, splat, sqrt, store
 # A spring with L0 > 0 has no direction at length 0; below this share of L0 it keeps the last one's magnitude, which
 # leaves a very negative tangent there: a maximum along every direction, as it should be.
 COLLAPSED = 1e-9
+TINY = 1e-150  # its square is still a normal number
 
 
 @njit(error_model="numpy")
@@ -40,14 +41,14 @@ def elongation(
     if natural == 0.0:
         return now, now
     # With |D| = 0 the sum is 0 only where the growth is 0 too.
-    return now, growth / maximum(now + length, splat(1e-300)) + prestrain
+    return now, growth / maximum(now + length, splat(TINY)) + prestrain
 
 
 @njit(error_model="numpy")
 def tension_per_length(stiffness: Any, natural: float, length: Any, longer: Any) -> Any:
     """k (L - L0) / L, the force over the length, and the length it was divided by; k itself where L0 is 0."""
     if natural == 0.0:
-        return stiffness, maximum(length, splat(1e-300))
+        return stiffness, maximum(length, splat(TINY))
     length = maximum(length, splat(COLLAPSED * natural))
     return stiffness * longer / length, length
 

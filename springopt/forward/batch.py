@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from springopt.effects.compile import announce_compilation
 from springopt.effects.effect import Effect
 from springopt.forward.floating import net_forces_on_floating_parts
 from springopt.forward.newton import Answers, Jobs, find_equilibria, make_lanes
@@ -48,7 +49,7 @@ def group_by_supports(
     constant = constant_forces(lattice, effects).ravel()
     return tuple(
         Group(
-            plan=make_plan(lattice, cases[numbers[0]].supports),
+            plan=make_plan(lattice, cases[numbers[0]].supports, effects),
             cases=np.array(numbers, dtype=np.int64),
             forces=np.array([cases[i].forces.ravel() + constant for i in numbers]),
             prescribed=np.array([cases[i].prescribed.ravel() for i in numbers]),
@@ -86,10 +87,13 @@ def find(groups: Sequence[Group], stiffness: NDArray[np.float64], *, tolerance: 
 
 
 def _find_group(group: Group, stiffness: NDArray[np.float64], tolerance: float, equilibria: Equilibria) -> None:
-    plan, case_count = group.plan, len(group.cases)
+    plan = group.plan
     is_supported = np.zeros(plan.nodes.size, dtype=np.bool_)
     is_supported[plan.supported] = True
-    net = net_forces_on_floating_parts(plan.ends, stiffness, is_supported, group.forces, plan.dimension)
+    if len(plan.kernels):  # an effect may hold what no support holds
+        net = np.zeros((len(stiffness), len(group.cases)))
+    else:
+        net = net_forces_on_floating_parts(plan.ends, stiffness, is_supported, group.forces, plan.dimension)
     is_mechanism = net > tolerance * np.abs(group.forces).max(axis=1, initial=0.0)
     candidates, cases = np.nonzero(~is_mechanism)
     jobs = Jobs(candidates, cases, stiffness, group.forces, group.prescribed)
@@ -100,6 +104,7 @@ def _find_group(group: Group, stiffness: NDArray[np.float64], tolerance: float, 
         energies=np.zeros(len(cases)),
         iterations=np.zeros(len(cases), dtype=np.int64),
     )
+    announce_compilation(find_equilibria)
     find_equilibria(plan, jobs, make_lanes(plan, len(plan.ends)), answers, tolerance, ITERATION_LIMIT)
     at = (candidates, group.cases[cases])
     equilibria.displacements[:, group.cases] = group.prescribed

@@ -10,6 +10,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from springopt.effects.compile import compiled
+
 
 @njit(error_model="numpy")
 def _root(parents: Any, node: int) -> int:
@@ -19,7 +21,7 @@ def _root(parents: Any, node: int) -> int:
     return node
 
 
-@njit(error_model="numpy", nogil=True, cache=True)
+@compiled
 def net_forces_on_floating_parts(
     ends: Any, stiffness: Any, is_supported: Any, forces: Any, d: int
 ) -> NDArray[np.float64]:

@@ -13,16 +13,18 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from springopt.effects.compile import compiled
+from springopt.effects.effect import call_kernel
 from springopt.effects.lanes import LANE_COUNT, absolute, fma, load, maximum, splat, store, where_greater
-from springopt.effects.springs import add_springs, elongation, tension_per_length
-from springopt.forward.cholesky import factorize, negative_direction, substitute
+from springopt.effects.springs import add_springs
+from springopt.forward.factor import factorize, negative_direction, substitute
 from springopt.forward.status import CONVERGED, ITERATION_LIMIT, UNDERDETERMINED, UNSTABLE
 
 PIVOT_REPLACEMENT = 1e-2  # results hardly depend on it between 1e-1 and 1e-3
 SUFFICIENT_DECREASE = 1e-4  # Armijo's constant, Nocedal and Wright (2006), section 3.1
 SHORTEST_STEP = 1e-10
 SHORTEST_ESCAPE = 1e-5
-# A negative pivot above this share of its scale, along which no energy falls, is a zero one that rounding made negative.
+# A negative pivot above this share of its scale, along which no energy falls, is a zero one that rounding moved.
 FLAT = -1e-8
 # A predicted decrease below this share of the energies involved drowns in their rounding: judge by the residual.
 ENERGY_NOISE = 1e-10
@@ -64,6 +66,7 @@ class Lanes(NamedTuple):
     internal: NDArray[np.float64]  # internal forces at the trial state
     tangent: NDArray[np.float64]
     inverse: NDArray[np.float64]
+    scaled: NDArray[np.float64]
     scale: NDArray[np.float64]
     residual: NDArray[np.float64]  # forces - internal forces of the unknowns at the accepted state
     direction: NDArray[np.float64]
@@ -89,6 +92,7 @@ ENERGY, MAGNITUDE, LARGEST, FORCE_SCALE, IS_ACCEPTED, SLOPE, LONGEST, STEP, FACT
 
 def make_lanes(plan: Any, spring_count: int) -> Lanes:
     """An empty state for this plan."""
+    widths = np.arange(len(plan.first)) - plan.first
     d, unknown_count, node_rows = plan.dimension, len(plan.first) * plan.dimension, plan.nodes.size
 
     def block(rows: int) -> NDArray[np.float64]:
@@ -105,6 +109,7 @@ def make_lanes(plan: Any, spring_count: int) -> Lanes:
         internal=block(node_rows),
         tangent=block(plan.block_count * d * d),
         inverse=block(unknown_count),
+        scaled=block(int(widths.max(initial=0)) * d * d),
         scale=np.ones((unknown_count, LANE_COUNT)),
         residual=block(unknown_count),
         direction=block(unknown_count),
@@ -178,6 +183,11 @@ def evaluate(plan: Any, state: Any) -> None:
         store(state.internal, row, zero)
     store(facts, ENERGY, zero)
     add_springs(plan, state.stiffness, state.trial, state.internal, state.tangent, facts, state.delta)
+    for number in range(len(plan.kernels)):
+        parameters = plan.kernel_parameters[plan.kernel_begins[number] :]
+        body = (plan.nodes, parameters, plan.block_of, plan.first, plan.start)
+        blocks = (state.trial, state.internal, state.tangent, facts)
+        call_kernel(plan.kernels[number], d, len(plan.nodes), body + blocks)
 
     work, force_scale = zero, zero
     for row in range(len(state.forces)):
@@ -317,7 +327,7 @@ def _set_course(plan: Any, state: Any, answers: Any, v: int) -> None:
         if state.inertia[0, v] == 0.0:
             _put_down(state, answers, v, UNDERDETERMINED if state.inertia[1, v] > 0.0 else CONVERGED)
             return
-        negative_direction(plan, state.tangent, state.inverse, v, int(state.inertia[2, v]), state.direction)
+        negative_direction(plan, state.tangent, v, int(state.inertia[2, v]), state.direction)
         largest, slope = 0.0, 0.0
         for at in range(len(state.direction)):
             largest = max(largest, abs(state.direction[at, v]))
@@ -350,7 +360,7 @@ def _keep_accepted(state: Any) -> None:
 @njit(error_model="numpy")
 def _find_directions(plan: Any, state: Any) -> None:
     """Newton directions where the trial state was accepted; their slope and length."""
-    factorize(plan, state.tangent, state.inverse, state.scale, PIVOT_REPLACEMENT, state.inertia)
+    factorize(plan, state.tangent, state.inverse, state.scaled, state.scale, PIVOT_REPLACEMENT, state.inertia)
     substitute(plan, state.tangent, state.inverse, state.unknowns)
     accepted, half = load(state.facts, IS_ACCEPTED), splat(0.5)
     slope, longest = splat(0.0), splat(0.0)
@@ -375,7 +385,7 @@ def _move(plan: Any, state: Any) -> None:
                 store(state.trial, row, fma(step, p, load(state.accepted, row)))
 
 
-@njit(error_model="numpy", nogil=True, cache=True)
+@compiled
 def find_equilibria(plan: Any, jobs: Any, state: Any, answers: Any, tolerance: float, iteration_limit: int) -> None:
     """Answer all jobs. `tolerance` is relative to the largest force: loads, reactions and prestress."""
     waiting = 0

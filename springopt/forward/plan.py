@@ -1,16 +1,18 @@
-"""What all equilibria of a lattice with the same supports share: the numbering of the unknowns and where springs add up.
+"""What all equilibria with the same supports share: the numbering of the unknowns, and where springs add up.
 
 Nodes with a free degree of freedom become block rows of the tangent, in the order that gives the slimmest envelope
-among the axes' lexicographic orders and reverse Cuthill-McKee (axes alone suffice on grids). A supported degree of
-freedom of a partly free node stays in its block as a pinned row.
+among the axes' lexicographic ones. A supported degree of freedom of a partly free node stays in its block, as a pinned
+row.
 """
 
+from collections.abc import Sequence
 from itertools import permutations
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from springopt.effects.effect import Effect
 from springopt.lattice import SpringLattice
 
 
@@ -33,17 +35,23 @@ class Plan(NamedTuple):
     pinned_rows: NDArray[np.int64]  # rows of the tangent to clear for them
     supported: NDArray[np.int64]  # supported degrees of freedom, as node * d + axis
     step_limit: float  # how far a node moves in a first step: a typical spring's length
+    kernels: NDArray[np.int64]  # (e,), addresses of the kernels of nonlinear effects
+    kernel_parameters: NDArray[np.float64]  # those of all kernels, one after the other
+    kernel_begins: NDArray[np.int64]  # (e,), where those of each kernel begin
 
 
-def make_plan(lattice: SpringLattice, supports: NDArray[np.bool_]) -> Plan:
+def make_plan(lattice: SpringLattice, supports: NDArray[np.bool_], effects: Sequence[Effect] = ()) -> Plan:
     """The plan for supports (n, d)."""
     d = lattice.dimension
     ends = np.ascontiguousarray(lattice.springs, dtype=np.int64)
     rest_vectors = lattice.nodes[ends[:, 1]] - lattice.nodes[ends[:, 0]]
     lengths = np.sqrt((rest_vectors**2).sum(axis=1))
-    block_of, first = _slimmest_order(lattice, ends, ~supports.all(axis=1))
+    active = [effect for effect in effects if effect.kernel(d) is not None]
+    couplings = np.concatenate([ends, *(effect.couplings(lattice) for effect in active)])
+    block_of, first = _slimmest_order(lattice, couplings, np.count_nonzero(supports, axis=1) < d)
     widths = np.arange(len(first)) - first + 1
     start = np.cumsum(widths) - widths
+    parameters = [effect.parameters(lattice) for effect in active]
     pinned, pinned_rows = _pinned(supports, block_of, first, start)
     return Plan(
         dimension=d,
@@ -62,6 +70,9 @@ def make_plan(lattice: SpringLattice, supports: NDArray[np.bool_]) -> Plan:
         pinned_rows=pinned_rows,
         supported=np.flatnonzero(supports.ravel()),
         step_limit=_typical_length(lengths, lattice.rest_lengths),
+        kernels=np.array([effect.kernel(d).address for effect in active], dtype=np.int64),
+        kernel_parameters=np.concatenate([np.zeros(0), *parameters]),
+        kernel_begins=np.cumsum([0, *map(len, parameters)])[:-1],
     )
 
 
@@ -81,7 +92,7 @@ def _typical_length(lengths: NDArray[np.float64], natural: NDArray[np.float64]) 
 
 
 def _slimmest_order(
-    lattice: SpringLattice, ends: NDArray[np.int64], is_free: NDArray[np.bool_]
+    lattice: SpringLattice, couplings: NDArray[np.int64], is_free: NDArray[np.bool_]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """(block_of, first) of the order with the least work to factorize."""
     best: tuple[float, NDArray[np.int64], NDArray[np.int64]] | None = None
@@ -90,7 +101,7 @@ def _slimmest_order(
         order = order[is_free[order]]
         block_of = np.full(len(is_free), -1, dtype=np.int64)
         block_of[order] = np.arange(len(order))
-        first = _first_neighbours(ends, block_of, len(order))
+        first = _first_neighbours(couplings, block_of, len(order))
         work = float(((np.arange(len(first)) - first + 1.0) ** 2).sum())
         if best is None or work < best[0]:
             best = work, block_of, first
@@ -98,9 +109,9 @@ def _slimmest_order(
     return best[1], best[2]
 
 
-def _first_neighbours(ends: NDArray[np.int64], block_of: NDArray[np.int64], count: int) -> NDArray[np.int64]:
+def _first_neighbours(couplings: NDArray[np.int64], block_of: NDArray[np.int64], count: int) -> NDArray[np.int64]:
     first = np.arange(count, dtype=np.int64)
-    blocks = block_of[ends]
+    blocks = block_of[couplings]
     blocks = blocks[(blocks >= 0).all(axis=1)]
     np.minimum.at(first, blocks.max(axis=1), blocks.min(axis=1))
     return first

@@ -11,10 +11,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from springopt.effects.compile import compiled
 from springopt.effects.lanes import LANE_COUNT, fma, load, splat, store
 from springopt.effects.springs import elongation, tension_per_length
 from springopt.forward.batch import Group
-from springopt.forward.cholesky import factorize, substitute
+from springopt.forward.factor import factorize, substitute
 from springopt.forward.newton import evaluate, make_lanes
 
 # A zero pivot becomes this times its scale: nothing moves along a mode that nothing resists.
@@ -82,7 +83,7 @@ def _prepare(plan: Any, state: Any, stiffness: Any, displacements: Any, begin: i
         if state.scale[at, 0] == 0.0:
             state.scale[at] = 1.0
     evaluate(plan, state)
-    factorize(plan, state.tangent, state.inverse, state.scale, RIGID, state.inertia)
+    factorize(plan, state.tangent, state.inverse, state.scaled, state.scale, RIGID, state.inertia)
 
 
 @njit(error_model="numpy")
@@ -124,7 +125,7 @@ def _against_springs(plan: Any, state: Any, spring: int) -> Any:
     return total
 
 
-@njit(error_model="numpy", nogil=True, cache=True)
+@compiled
 def _gradients(plan: Any, state: Any, stiffness: Any, displacements: Any, loads: Any, answers: Any) -> None:
     d = plan.dimension
     for begin in range(0, len(displacements), LANE_COUNT):
@@ -144,7 +145,7 @@ def _gradients(plan: Any, state: Any, stiffness: Any, displacements: Any, loads:
                 answers[begin + v, spring] = state.facts[0, v]
 
 
-@njit(error_model="numpy", nogil=True, cache=True)
+@compiled
 def _jacobians(plan: Any, state: Any, stiffness: Any, displacements: Any, answers: Any) -> None:
     d = plan.dimension
     is_supported = np.zeros(plan.nodes.size, dtype=np.bool_)

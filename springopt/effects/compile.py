@@ -1,0 +1,63 @@
+"""Compiled once, kept on disk: where kernels are cached, and the line that says when one is compiled.
+
+numba notices changes in a kernel's own file only, not in those it calls, and wants to write beside the sources. So the
+cache lives in the user's cache folder, in a folder named by the contents of all kernel sources. NUMBA_CACHE_DIR wins.
+"""
+
+import hashlib
+import logging
+import os
+import tempfile
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numba
+from platformdirs import user_cache_path
+
+_LOG = logging.getLogger("springopt")
+
+
+def compiled(function: Callable[..., Any]) -> Any:
+    """`numba.njit` without the interpreter lock, cached on disk."""
+    before = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = before or str(cache_folder())
+    try:
+        return numba.njit(error_model="numpy", nogil=True, cache=True)(function)
+    finally:
+        numba.config.CACHE_DIR = before
+
+
+def announce_compilation(kernel: Any) -> None:
+    """Say so if the next call of this kernel will compile it."""
+    if kernel.signatures or _is_cached(kernel):
+        return
+    _LOG.warning("Compiling %s for this processor; this happens once and takes some 20 seconds.", kernel.__name__)
+
+
+def _is_cached(kernel: Any) -> bool:
+    folder = Path(kernel.stats.cache_path)
+    return any(folder.glob(f"*{kernel.__name__}-*.nbi"))
+
+
+@cache
+def cache_folder() -> Path:
+    """The user's cache folder, or a temporary one where that can't be written."""
+    digest = hashlib.blake2b(digest_size=8)
+    for path in sorted(Path(__file__).parent.parent.glob("*/*.py")):
+        if path.parent.name in ("effects", "forward"):
+            digest.update(path.read_bytes())
+    name = f"kernels-{digest.hexdigest()}"
+    for parent in (user_cache_path("springopt"), Path(tempfile.gettempdir()) / f"springopt-{_owner()}"):
+        try:
+            (parent / name).mkdir(parents=True, exist_ok=True)
+        except OSError:
+            continue
+        if os.access(parent / name, os.W_OK):
+            return parent / name
+    return Path(tempfile.mkdtemp(prefix="springopt-"))
+
+
+def _owner() -> str:
+    return str(os.getuid()) if hasattr(os, "getuid") else "user"
