@@ -8,36 +8,38 @@ from typing import Any
 from rich import box
 from rich.table import Table
 
-MEASURES = {"distance": "distance", "relative_distance": "relative", "least_squares": "least squares"}
-ROLES = {"train": "training", "test": "test"}
+MEASURES = {"distance": "distance", "relative_distance": "relative", "least_squares": "squares"}
 
 
-def plain_table(title: str, names: Iterable[str], numbers: Iterable[str]) -> Table:
-    """An empty table in the house style: columns of names to the left, of numbers to the right."""
-    table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
+def plain_table(title: str, names: Iterable[str], numbers: Iterable[str] = (), texts: Iterable[str] = ()) -> Table:
+    """An empty table in the house style: names to the left, numbers to the right, then texts that may wrap."""
+    table = Table(
+        title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0)
+    )
     for heading in names:
         table.add_column(heading, no_wrap=True)
     for heading in numbers:
         table.add_column(heading, justify="right", no_wrap=True)
+    for heading in texts:
+        table.add_column(heading)
     return table
 
 
 def errors_table(errors: Sequence[Mapping[str, Any]]) -> Table:
-    """One row a load case, and for each role the sums: for training they are the objective in each definition."""
-    table = plain_table("Errors", ["load case", "role"], [*MEASURES.values(), "largest"])
-    table.add_column("status", no_wrap=True)
-    for role, heading in ROLES.items():
+    """One row a load case, and the sums for each role."""
+    table = plain_table("Errors", ["load case", "role"], [*MEASURES.values(), "largest"], ["status"])
+    for role in ("train", "test"):
         rows = [error for error in errors if error["role"] == role]
         for row in rows:
-            table.add_row(row["name"], heading, *_numbers(row), str(row["status"]))
+            table.add_row(row["name"], role, *_numbers(row), str(row["status"]))
         if rows:
             sums = {measure: _sum(row[measure] for row in rows) for measure in MEASURES}
             sums["max_distance"] = max((row["max_distance"] for row in rows), key=lambda x: -1 if x is None else x)
-            label = "sum: the objective in each definition" if role == "train" else "sum"
-            table.add_row(label, heading, *_numbers(sums), "", style="bold", end_section=True)
+            table.add_row("sum", role, *_numbers(sums), "", style="bold", end_section=True)
     table.caption = (
         "distance: mean over the nodes; relative: the same over the smallest rest length; "
-        "least squares: half the sum of squares; largest: of any node"
+        "squares: half the sum of squared differences; largest: distance of any node. "
+        "The sums over train are the objective in its three definitions."
     )
     table.caption_justify = "left"
     return table
@@ -53,16 +55,17 @@ def classes_table(classes: Mapping[str, Mapping[str, float]]) -> Table:
 
 def simulation_table(title: str, answers: Sequence[Mapping[str, Any]]) -> Table:
     """One row a load case: how the forward solve ended, and how far from the reference."""
-    table = plain_table(title, ["load case", "role", "status"], ["energy", "residual", *MEASURES.values(), "largest"])
+    table = plain_table(title, ["load case", "role"], ["energy", "residual", "distance", "largest"], ["status"])
     for answer in answers:
         forward = [f"{answer['energy']:.6g}", f"{answer['residual']:.1e}"]
-        table.add_row(answer["name"], ROLES[answer["role"]], str(answer["status"]), *forward, *_numbers(answer))
+        errors = [_number(answer["distance"]), _number(answer["max_distance"])]
+        table.add_row(answer["name"], answer["role"], *forward, *errors, str(answer["status"]))
     return table
 
 
 def optimizers_table(entries: Iterable[Mapping[str, Any]]) -> Table:
     """Name, distribution and summary."""
-    table = plain_table("Optimizers", ["name", "distribution", "what it does"], [])
+    table = plain_table("Optimizers", ["name", "distribution"], texts=["what it does"])
     for entry in entries:
         table.add_row(entry["name"], entry["distribution"], entry["summary"])
     return table
@@ -70,8 +73,7 @@ def optimizers_table(entries: Iterable[Mapping[str, Any]]) -> Table:
 
 def options_table(options: Iterable[Mapping[str, Any]]) -> Table:
     """Options with their types, defaults and explanations."""
-    table = plain_table("Options", ["option", "type", "default"], [])
-    table.add_column("explanation", overflow="fold")
+    table = plain_table("Options", ["option"], texts=["type", "default", "explanation"])
     for option in options:
         table.add_row(option["name"], option["type"], str(option["default"]), option["explanation"])
     return table
@@ -79,7 +81,7 @@ def options_table(options: Iterable[Mapping[str, Any]]) -> Table:
 
 def scenes_table(entries: Iterable[Mapping[str, str]]) -> Table:
     """Name and title."""
-    table = plain_table("Bundled scenes", ["name", "title"], [])
+    table = plain_table("Bundled scenes", ["name"], texts=["title"])
     for entry in entries:
         table.add_row(entry["name"], entry["title"])
     return table

@@ -14,7 +14,7 @@ def test_solve_prints_errors_classes_and_the_run_file(springopt) -> None:
     code, out, _ = springopt(*SOLVE)
     assert code == 0
     assert "paper-fem-2d, random-search, seed 0: objective" in out
-    for text in ("pull right", "press between", "sum: the objective in each definition", "boundary straight"):
+    for text in ("pull right", "press between", "The sums over train are the objective", "boundary straight"):
         assert text in out
     assert "springopt show paper-fem-2d-random-search-seed0.h5 --figure" in out
     assert Path("paper-fem-2d-random-search-seed0.h5").is_file()
