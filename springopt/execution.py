@@ -106,7 +106,7 @@ def _result(order: Order, setup: Setup, problem: Problem, why: WhyStopped, path:
         stiffness=stiffness,
         point=point,
         classes=setup.encoding.describe(point),
-        errors=[asdict(error) for error in setup.objective.errors(stiffness)],
+        errors=[asdict(error) | {"status": str(error.status)} for error in setup.objective.errors(stiffness)],
         optimizer=order.optimizer,
         options=order.options,
         scene=setup.scene.name,

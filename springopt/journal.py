@@ -120,6 +120,7 @@ class Journal:
 
     def _disconnect(self) -> None:
         with _in_one_sentence(self.path):
+            self._past.close()  # an open cursor would keep the file locked
             self._connection.close()
         self._is_open = False
 

@@ -79,10 +79,7 @@ def read(path: Path) -> RunFile:
 def read_answers(path: Path) -> list[Answer]:
     """The answers of a run file, in order."""
     with _open(path) as file:
-        group = file["answers"]
-        columns = {
-            name: _unpack(group[name]) if name in _BLOBS else group[name][()].tolist() for name in Answer._fields
-        }
+        columns = {name: _read_column(file["answers"][name]) for name in Answer._fields}
     columns["kind"] = [kind.decode() for kind in columns["kind"]]
     columns["value"] = [None if np.isnan(value) else value for value in columns["value"]]
     return [Answer(*row) for row in zip(*columns.values(), strict=True)]
@@ -145,6 +142,10 @@ def _write_answers(group: h5py.Group, answers: list[Answer]) -> None:
     columns["value"] = [np.nan if value is None else value for value in columns["value"]]
     for name, column in columns.items():
         group.create_dataset(name, data=np.array(column), compression="gzip")
+
+
+def _read_column(column: h5py.Group | h5py.Dataset) -> list[Any]:
+    return _unpack(column) if isinstance(column, h5py.Group) else column[()].tolist()
 
 
 def _pack(group: h5py.Group, blobs: Sequence[bytes | None]) -> None:
