@@ -1,4 +1,5 @@
 import importlib.util
+import shutil
 import subprocess
 import sys
 from importlib.machinery import SourceFileLoader
@@ -87,3 +88,20 @@ def test_an_unfinished_installation_leaves_no_stamp(run, tmp_path, monkeypatch, 
     assert run.main(["pytest"]) == 1
     assert not (tmp_path / ".venv" / "stamp").exists()
     assert "could not be made" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_a_bare_checkout_makes_its_environment_once(tmp_path):
+    root = RUN.parent
+    for name in ("run", "pyproject.toml", "constraints.txt", "LICENSE", "README.md"):
+        if (root / name).exists():
+            shutil.copy(root / name, tmp_path)
+    for name in ("springopt", "plugins"):
+        shutil.copytree(root / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    command = [tmp_path / "run", "python", "-c", "import springopt; print(springopt.__file__)"]
+    first, second = (subprocess.run(command, cwd=elsewhere, capture_output=True, text=True) for _ in range(2))
+    assert first.stdout == second.stdout == f"{tmp_path}/springopt/__init__.py\n"
+    assert "making .venv" in first.stderr
+    assert not second.stderr
