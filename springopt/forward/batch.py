@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from springopt.effects.compile import announce_compilation
 from springopt.effects.effect import Effect
 from springopt.forward.floating import net_forces_on_floating_parts
-from springopt.forward.newton import Answers, Jobs, find_equilibria, make_lanes
+from springopt.forward.newton import find_equilibria
 from springopt.forward.plan import Plan, make_plan
+from springopt.forward.state import Answers, Jobs, make_lanes
 from springopt.forward.status import MECHANISM
 from springopt.lattice import SpringLattice
 from springopt.load_case import LoadCase

@@ -130,7 +130,8 @@ def negative_direction(plan: Any, factor: Any, lane: int, pivot: int, direction:
     y^T K y is the negative pivot, less what the replacement of earlier pivots added: at least as negative.
     """
     d = plan.dimension
-    direction[:, lane] = 0.0
+    for at in range(len(direction)):
+        direction[at, lane] = 0.0
     direction[pivot, lane] = 1.0
     for at in range(pivot, -1, -1):
         row, a = at // d, at % d

@@ -7,17 +7,27 @@ search descends to a minimum; it ends only where the tangent's inertia certifies
 negative pivot it goes on along the direction of negative curvature that the factor yields.
 """
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from springopt.effects.compile import compiled
 from springopt.effects.effect import call_kernel
 from springopt.effects.lanes import LANE_COUNT, absolute, fma, load, maximum, splat, store, where_greater
 from springopt.effects.springs import add_springs
 from springopt.forward.factor import factorize, negative_direction, substitute
+from springopt.forward.state import (
+    ENERGY,
+    FORCE_SCALE,
+    IDLE,
+    IS_ACCEPTED,
+    LARGEST,
+    LONGEST,
+    MAGNITUDE,
+    SLOPE,
+    STEP,
+)
 from springopt.forward.status import CONVERGED, ITERATION_LIMIT, UNDERDETERMINED, UNSTABLE
 
 PIVOT_REPLACEMENT = 1e-2  # results hardly depend on it between 1e-1 and 1e-3
@@ -33,114 +43,20 @@ MARGIN = 1e-2
 EPSILON = 2.0**-52
 
 STARTING, STEPPING, CERTIFYING, ESCAPING, STALLED, STUCK = range(6)
-IDLE = -1
-
-
-class Jobs(NamedTuple):
-    """Which equilibria to find: job q is candidate `candidate[q]` under load case `case[q]`."""
-
-    candidate: NDArray[np.int64]  # (jobs,)
-    case: NDArray[np.int64]  # (jobs,)
-    stiffness: NDArray[np.float64]  # (m, s)
-    forces: NDArray[np.float64]  # (cases, n d)
-    prescribed: NDArray[np.float64]  # (cases, n d), displacements of the supports, 0 elsewhere
-
-
-class Answers(NamedTuple):
-    """One row a job."""
-
-    displacements: NDArray[np.float64]  # (jobs, n d)
-    codes: NDArray[np.int8]  # (jobs,), see status
-    residuals: NDArray[np.float64]  # (jobs,), largest out-of-balance force of a free degree of freedom
-    energies: NDArray[np.float64]  # (jobs,), strain energy less forces . displacements
-    iterations: NDArray[np.int64]  # (jobs,)
-
-
-class Lanes(NamedTuple):
-    """The states under way; arrays of shape (rows, 8) are lane blocks, those of shape (8,) scalars of each lane."""
-
-    stiffness: NDArray[np.float64]
-    forces: NDArray[np.float64]
-    trial: NDArray[np.float64]  # displacements where everything is evaluated
-    accepted: NDArray[np.float64]  # displacements of the last accepted state
-    internal: NDArray[np.float64]  # internal forces at the trial state
-    tangent: NDArray[np.float64]
-    inverse: NDArray[np.float64]
-    scaled: NDArray[np.float64]
-    scale: NDArray[np.float64]
-    residual: NDArray[np.float64]  # forces - internal forces of the unknowns at the accepted state
-    direction: NDArray[np.float64]
-    unknowns: NDArray[np.float64]  # right-hand side, then solution
-    delta: NDArray[np.float64]
-    inertia: NDArray[np.float64]
-    facts: NDArray[np.float64]  # rows: see the constants below
-    job: NDArray[np.int64]
-    phase: NDArray[np.int64]
-    iterations: NDArray[np.int64]
-    is_capped: NDArray[np.bool_]
-    energy: NDArray[np.float64]
-    slope: NDArray[np.float64]
-    step: NDArray[np.float64]
-    size: NDArray[np.float64]  # largest residual at the accepted state
-    radius: NDArray[np.float64]
-    curvature: NDArray[np.float64]  # the negative pivot that is being escaped from, in relation to its scale
-    prestress: NDArray[np.float64]
-
-
-ENERGY, MAGNITUDE, LARGEST, FORCE_SCALE, IS_ACCEPTED, SLOPE, LONGEST, STEP, FACT_COUNT = range(9)
-
-
-def make_lanes(plan: Any, spring_count: int) -> Lanes:
-    """An empty state for this plan."""
-    widths = np.arange(len(plan.first)) - plan.first
-    d, unknown_count, node_rows = plan.dimension, len(plan.first) * plan.dimension, plan.nodes.size
-
-    def block(rows: int) -> NDArray[np.float64]:
-        return np.zeros((rows, LANE_COUNT))
-
-    def scalar(kind: type = np.float64) -> Any:
-        return np.zeros(LANE_COUNT, dtype=kind)
-
-    return Lanes(
-        stiffness=np.ones((spring_count, LANE_COUNT)),
-        forces=block(node_rows),
-        trial=block(node_rows),
-        accepted=block(node_rows),
-        internal=block(node_rows),
-        tangent=block(plan.block_count * d * d),
-        inverse=block(unknown_count),
-        scaled=block(int(widths.max(initial=0)) * d * d),
-        scale=np.ones((unknown_count, LANE_COUNT)),
-        residual=block(unknown_count),
-        direction=block(unknown_count),
-        unknowns=block(unknown_count),
-        delta=block(d),
-        inertia=block(4),
-        facts=block(FACT_COUNT),
-        job=np.full(LANE_COUNT, IDLE, dtype=np.int64),
-        phase=scalar(np.int64),
-        iterations=scalar(np.int64),
-        is_capped=scalar(np.bool_),
-        energy=scalar(),
-        slope=scalar(),
-        step=scalar(),
-        size=scalar(),
-        radius=scalar(),
-        curvature=scalar(),
-        prestress=scalar(),
-    )
 
 
 @njit(error_model="numpy")
 def _take_up(plan: Any, jobs: Any, state: Any, v: int, job: int) -> None:
     """Lane v starts job `job` from rest."""
     d = plan.dimension
-    stiffness, case = jobs.stiffness[jobs.candidate[job]], jobs.case[job]
+    candidate, case = jobs.candidate[job], jobs.case[job]
     state.prestress[v] = 0.0
-    state.scale[:, v] = 0.0
+    for at in range(len(state.scale)):
+        state.scale[at, v] = 0.0
+        state.direction[at, v] = 0.0
     stiffest = 0.0
     for spring in range(len(plan.ends)):
-        k = stiffness[spring]
+        k = jobs.stiffness[candidate, spring]
         state.stiffness[spring, v] = k
         state.prestress[v] = max(state.prestress[v], k * abs(plan.prestrains[spring]))
         stiffest = max(stiffest, k)
@@ -152,10 +68,10 @@ def _take_up(plan: Any, jobs: Any, state: Any, v: int, job: int) -> None:
     for at in range(len(state.scale)):
         if state.scale[at, v] == 0.0:  # a node without springs: any positive pivot keeps it at rest
             state.scale[at, v] = stiffest if stiffest > 0.0 else 1.0
-    state.forces[:, v] = jobs.forces[case]
-    state.trial[:, v] = jobs.prescribed[case]
-    state.accepted[:, v] = jobs.prescribed[case]
-    state.direction[:, v] = 0.0
+    for row in range(len(state.forces)):
+        state.forces[row, v] = jobs.forces[case, row]
+        state.trial[row, v] = jobs.prescribed[case, row]
+        state.accepted[row, v] = jobs.prescribed[case, row]
     state.job[v], state.phase[v], state.iterations[v] = job, STARTING, 0
     state.radius[v], state.step[v], state.size[v] = plan.step_limit, 0.0, np.inf
     state.facts[STEP, v] = 0.0
@@ -165,7 +81,8 @@ def _take_up(plan: Any, jobs: Any, state: Any, v: int, job: int) -> None:
 def _put_down(state: Any, answers: Any, v: int, code: int) -> None:
     """Lane v is done: write its answer."""
     job = state.job[v]
-    answers.displacements[job] = state.accepted[:, v]
+    for row in range(len(state.accepted)):
+        answers.displacements[job, row] = state.accepted[row, v]
     answers.codes[job] = code
     answers.residuals[job], answers.energies[job] = state.size[v], state.energy[v]
     answers.iterations[job] = state.iterations[v]

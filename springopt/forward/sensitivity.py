@@ -16,7 +16,8 @@ from springopt.effects.lanes import LANE_COUNT, fma, load, splat, store
 from springopt.effects.springs import elongation, tension_per_length
 from springopt.forward.batch import Group
 from springopt.forward.factor import factorize, substitute
-from springopt.forward.newton import evaluate, make_lanes
+from springopt.forward.newton import evaluate
+from springopt.forward.state import make_lanes
 
 # A zero pivot becomes this times its scale: nothing moves along a mode that nothing resists.
 RIGID = 1e30
