@@ -46,8 +46,9 @@ class Journal:
         try:
             path.open("x").close()
         except FileExistsError:
+            advice = "resume it" if holds_run(path) else "it had not begun: delete the file"
             raise RunFileError(
-                f"{path} exists already: a run was cut short; resume it, or choose another output."
+                f"{path} exists already: a run was cut short; {advice}, or choose another output."
             ) from None
         except OSError as error:
             raise RunFileError(f"{path} can't be written ({error.strerror}); choose another output.") from None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 from collections.abc import Iterable, Iterator, Sequence
@@ -44,22 +45,16 @@ def write(path: Path, contents: RunFile, answers: Iterable[Answer]) -> None:
     """Writes a run file under a temporary name and renames it, so that at no time there is half a file."""
     partial = path.with_name(path.name + ".partial")
     try:
-        with h5py.File(partial, "w") as file:
-            file.attrs["format"], file.attrs["version"] = _MARK, FORMAT
-            file["order"] = contents.order.to_json()
-            _write_run(file, contents.run)
-            _write_lattice(file.create_group("lattice"), contents.lattice)
-            _write_cases(file.create_group("cases"), contents.cases)
-            file["reference_positions"] = contents.reference_positions
-            file["positions"] = contents.positions
-            _write_answers(file.create_group("answers"), list(answers))
-        _sync(partial)
+        with partial.open("wb") as file:
+            file.write(_image(contents, list(answers)))
+            file.flush()
+            os.fsync(file.fileno())
         partial.replace(path)
-        _sync(path.parent)
+        _sync_folder(path.parent)
     except OSError as error:
         partial.unlink(missing_ok=True)
         raise RunFileError(
-            f"{path} can't be written ({error}); its journal holds the run: free the disk, then resume it."
+            f"{path} can't be written ({error.strerror}); its journal holds the run: free the disk, then resume it."
         ) from None
 
 
@@ -83,6 +78,21 @@ def read_answers(path: Path) -> list[Answer]:
     columns["kind"] = [kind.decode() for kind in columns["kind"]]
     columns["value"] = [None if np.isnan(value) else value for value in columns["value"]]
     return [Answer(*row) for row in zip(*columns.values(), strict=True)]
+
+
+def _image(contents: RunFile, answers: list[Answer]) -> memoryview:
+    """The bytes of a run file; made in memory, because HDF5 does not survive a full disk."""
+    image = io.BytesIO()
+    with h5py.File(image, "w") as file:
+        file.attrs["format"], file.attrs["version"] = _MARK, FORMAT
+        file["order"] = contents.order.to_json()
+        _write_run(file, contents.run)
+        _write_lattice(file.create_group("lattice"), contents.lattice)
+        _write_cases(file.create_group("cases"), contents.cases)
+        file["reference_positions"] = contents.reference_positions
+        file["positions"] = contents.positions
+        _write_answers(file.create_group("answers"), answers)
+    return image.getbuffer()
 
 
 def _write_run(file: h5py.File, run: Run) -> None:
@@ -187,9 +197,9 @@ def _require_format(path: Path, file: h5py.File) -> None:
         )
 
 
-def _sync(path: Path) -> None:
-    """Has a file, or the names in a folder, on the disk before anything goes on."""
-    descriptor = os.open(path, os.O_RDONLY)
+def _sync_folder(folder: Path) -> None:
+    """Has a new name on the disk, not only the file behind it."""
+    descriptor = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(descriptor)
     finally:

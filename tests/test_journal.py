@@ -75,6 +75,9 @@ def test_a_new_journal_overwrites_nothing(path):
     with pytest.raises(RunFileError, match="exists already: a run was cut short"):
         Journal.create(path, ORDER)
     assert path.read_text() == "mine"
+    path.write_text("")
+    with pytest.raises(RunFileError, match="it had not begun: delete the file, or choose another output"):
+        Journal.create(path, ORDER)
 
 
 def test_a_folder_that_is_not_there_is_refused_in_one_sentence(tmp_path):
