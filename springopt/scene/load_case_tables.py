@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -142,6 +143,8 @@ class LoadCasesTable(Table):
 
     train: Annotated[list[LoadCaseTable], Field(min_length=1)]
     test: list[LoadCaseTable] = Field(default_factory=list)
+    #: Multiplies every force and prescribed displacement: one number to make a scene gentler or harder.
+    scale: Annotated[float, Field(gt=0)] = 1.0
 
     @model_validator(mode="after")
     def _names_differ(self) -> LoadCasesTable:
@@ -152,6 +155,10 @@ class LoadCasesTable(Table):
         return self
 
     def build(self, lattice: SpringLattice) -> list[LoadCase]:
-        return [case.build(lattice, "train") for case in self.train] + [
-            case.build(lattice, "test") for case in self.test
-        ]
+        tables: list[tuple[LoadCaseTable, Literal["train", "test"]]]
+        tables = [(case, "train") for case in self.train] + [(case, "test") for case in self.test]
+        return [_scaled(table.build(lattice, role), self.scale) for table, role in tables]
+
+
+def _scaled(case: LoadCase, scale: float) -> LoadCase:
+    return replace(case, forces=scale * case.forces, prescribed=scale * case.prescribed)

@@ -122,6 +122,15 @@ def test_moves_prescribe_the_axes_in_the_order_named(tmp_path: Path) -> None:
     assert case.supports[2].all()
 
 
+def test_a_scale_multiplies_forces_and_moves_of_all_load_cases(tmp_path: Path) -> None:
+    case = "name = 'a', hold = 'left', push = { on = 5, force = [1.0, 0.5] }, move = { on = 2, by = [0.1, 0.2] }"
+    scene = load_scene(write(tmp_path, SMALL + f"[load_cases]\nscale = 3.0\ntrain = [{{ {case} }}]\n"))
+    (built,) = scene.load_cases.build(scene.lattice.build())
+    assert built.forces[5].tolist() == [3.0, 1.5]
+    np.testing.assert_allclose(built.prescribed[2], [0.3, 0.6])
+    assert built.supports[2].all()
+
+
 def test_a_move_alone_supports_the_body(tmp_path: Path) -> None:
     assert small_case(tmp_path, 'move = { on = "left", by = [0.1, 0.0] }').supports[[0, 3]].all()
 
