@@ -40,7 +40,9 @@ def _draw(contents: RunFile, path: Path) -> None:
     from springopt.report.figures import Learned, draw, save
 
     run = contents.run
-    title = f"{run.scene}, {run.optimizer}, seed {run.seed}, {run.evaluations:,} evaluations: {run.objective:.4g}"
+    title = (
+        f"{run.scene}, {run.optimizer}, seed {run.seed}, {run.evaluations:,} evaluations: objective {run.objective:.4g}"
+    )
     learned = Learned(
         title=title,
         lattice=contents.lattice,

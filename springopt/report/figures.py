@@ -42,7 +42,7 @@ class Learned:
 def draw(learned: Learned) -> Figure:
     """Rows of training load cases, rows of test ones, then convergence and the histogram of stiffness."""
     strips = [(label, of_role) for role, label in ROLES.items() if (of_role := _of_role(learned, role))]
-    columns = max(3, min(MOST_COLUMNS, max(len(of_role) for _, of_role in strips)))
+    columns = max(3, *(_columns(len(of_role)) for _, of_role in strips))
     low, high = limits(learned.lattice, learned.deformations)
     width, height = high - low
     panel_height = PANEL_WIDTH * min(height / width, 1.6) + 0.35
@@ -72,6 +72,11 @@ def save(figure: Figure, path: Path) -> None:
 
 def _of_role(learned: Learned, role: str) -> list[Deformation]:
     return [deformation for deformation in learned.deformations if deformation.case.role == role]
+
+
+def _columns(count: int) -> int:
+    """As many as fill the fewest rows evenly."""
+    return ceil(count / ceil(count / MOST_COLUMNS))
 
 
 def _panels(frame: SubFigure, columns: int, of_role: list[Deformation]) -> Iterator[tuple[Axes, Deformation]]:

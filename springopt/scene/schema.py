@@ -40,7 +40,7 @@ class BudgetTable(Table):
 class Scene(Table):
     """A checked scene, complete in itself: what it extends is merged in, and mesh files are read."""
 
-    name: str
+    name: Annotated[str, Field(pattern=r"^[^/\\]+$")]
     title: str
     lattice: LatticeTable
     effects: list[GravityTable] = Field(default_factory=list)
