@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import time
 from collections.abc import Callable
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from springopt.budget import Budget
-from springopt.errors import BudgetSpent, PluginError
+from springopt.errors import BudgetSpent, NoEquilibrium, PluginError
 from springopt.interrupt import Interrupted, held_interrupts
 from springopt.journal import Journal, run_path
 from springopt.meter import Meter
@@ -33,7 +34,7 @@ def execute(
     order: Order, setup: Setup, optimizer: Optimizer, journal: Journal | None = None, progress: Progress | None = None
 ) -> Run:
     """Runs the optimizer to its end; with a journal, the run file takes its place then."""
-    _compile(setup)
+    _compile(setup, optimizer)
     with held_interrupts() as pressed:
         budget, watch = Budget(**order.budget), _watcher(progress, pressed)
         problem = Problem(setup.objective, setup.encoding, budget, journal, watch=watch)
@@ -48,9 +49,15 @@ def execute(
         return run
 
 
-def _compile(setup: Setup) -> None:
-    """Has the kernels compiled before the clock starts: their seconds are no part of the run."""
-    setup.objective.evaluate(setup.encoding.decode(setup.encoding.upper[None]))
+def _compile(setup: Setup, optimizer: Optimizer) -> None:
+    """Has the kernels compiled that the optimizer will need: those seconds are no part of the run."""
+    stiffness = setup.encoding.decode(setup.encoding.upper)
+    setup.objective.evaluate(stiffness[None])
+    with contextlib.suppress(NoEquilibrium):
+        if "gradient" in optimizer.needs:
+            setup.objective.gradient(stiffness)
+        if "jacobian" in optimizer.needs:
+            setup.objective.jacobian(stiffness)
 
 
 def _minimize(optimizer: Optimizer, problem: Problem, rng: np.random.Generator) -> WhyStopped:

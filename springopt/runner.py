@@ -18,7 +18,7 @@ from springopt.options import make_optimizer
 from springopt.origin import require_this_origin, this_origin
 from springopt.registry import load_optimizer
 from springopt.run import Order, Run
-from springopt.store import read, read_answers
+from springopt.store import read, read_answers, require_same_run
 
 if TYPE_CHECKING:
     from springopt.scene import Scene
@@ -95,7 +95,7 @@ def resume(path: str | os.PathLike[str], *, progress: Progress | None = None) ->
     with Journal.open(journal_path(out)) as journal:
         order = journal.order
         require_this_origin(order.origin, str(out))
-        _require_same_run(out, order)
+        require_same_run(out, order)
         optimizer = make_optimizer(load_optimizer(order.optimizer), order.options)
         return execute(order, Scene.from_json(order.scene).build(), optimizer, journal, progress)
 
@@ -124,9 +124,3 @@ def _write_journal(out: Path, order: Order) -> None:
     require_this_origin(order.origin, str(out))
     journal_path(out).unlink(missing_ok=True)
     Journal.create(journal_path(out), order, read_answers(out)).close()
-
-
-def _require_same_run(out: Path, order: Order) -> None:
-    """A run file beside a journal is an earlier state of the same run; another one would be overwritten."""
-    if out.exists() and read(out).order != order:
-        raise RunFileError(f"{out} holds another run than its journal; move one of the two away, then resume.")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import json
 import os
@@ -42,7 +43,11 @@ class RunFile:
 
 
 def write(path: Path, contents: RunFile, answers: Iterable[Answer]) -> None:
-    """Writes a run file under a temporary name and renames it, so that at no time there is half a file."""
+    """Writes a run file under a temporary name and renames it, so that at no time there is half a file.
+
+    It may take the place of an earlier state of the same run, and of nothing else.
+    """
+    require_same_run(path, contents.order)
     partial = path.with_name(path.name + ".partial")
     try:
         with partial.open("wb") as file:
@@ -78,6 +83,12 @@ def read_answers(path: Path) -> list[Answer]:
     columns["kind"] = [kind.decode() for kind in columns["kind"]]
     columns["value"] = [None if np.isnan(value) else value for value in columns["value"]]
     return [Answer(*row) for row in zip(*columns.values(), strict=True)]
+
+
+def require_same_run(path: Path, order: Order) -> None:
+    """Refuses to overwrite anything but an earlier state of the run with this order."""
+    if path.exists() and read(path).order.to_json() != order.to_json():
+        raise RunFileError(f"{path} holds another run than its journal; move one of the two away, then resume.")
 
 
 def _image(contents: RunFile, answers: list[Answer]) -> memoryview:
@@ -198,9 +209,8 @@ def _require_format(path: Path, file: h5py.File) -> None:
 
 
 def _sync_folder(folder: Path) -> None:
-    """Has a new name on the disk, not only the file behind it."""
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
+    """Has a new name on the disk, not only the file behind it, where the system can."""
+    with contextlib.suppress(OSError):
+        descriptor = os.open(folder, os.O_RDONLY)
         os.fsync(descriptor)
-    finally:
         os.close(descriptor)

@@ -218,6 +218,13 @@ class TestRefusals:
             solve(scene, "random-search", out=out)
         assert out.read_text() == "mine"
 
+    def test_an_output_that_appears_during_the_run_is_left_as_it_is(self, scene, out):
+        with pytest.raises(RunFileError, match="is no run file of springopt"):
+            solve(scene, "random-search", out=out, progress=lambda *told: out.write_text("mine"))
+        assert out.read_text() == "mine"
+        out.unlink()
+        require_same(solve(scene, "random-search"), resume(out))
+
     def test_a_journal_that_exists_is_left_as_it_is(self, scene, out):
         journal_path(out).write_text("mine")
         with pytest.raises(RunFileError, match="a run was cut short; resume it, or choose another output"):
@@ -378,10 +385,10 @@ def killed_at(evaluations, call):
 def test_a_run_killed_twice_ends_as_the_one_that_was_not(scene, out, tmp_path):
     """SIGKILL at some moment, then again while it is resumed: the answers before are all there, to the bit."""
     kept = [0]
-    nine, evaluations = str(tmp_path / "nine.toml"), 60_000
+    nine, evaluations = str(tmp_path / "nine.toml"), 24_000
     order = f"solve({nine!r}, 'random-search', evaluations={evaluations}, out={str(out)!r}, "
     for call in (order, f"resume({str(out)!r}, "):
-        killed_at(kept[-1] + 10_000, call)
+        killed_at(kept[-1] + 4_000, call)
         assert "run.h5" not in names(out)
         with Journal.open(journal_path(out)) as journal:
             kept.append(len(list(journal.answers())))

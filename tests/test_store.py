@@ -93,11 +93,22 @@ def test_only_the_run_file_is_left_behind(path):
     assert [entry.name for entry in path.parent.iterdir()] == ["run.h5"]
 
 
-def test_a_file_that_can_not_be_written_is_told_in_one_sentence_and_leaves_nothing(path):
-    path.mkdir()
+def test_a_file_that_can_not_be_written_is_told_in_one_sentence(tmp_path):
     with pytest.raises(RunFileError, match=r"can't be written .*its journal holds the run"):
+        write(tmp_path / "gone" / "run.h5", contents(), ANSWERS)
+
+
+def test_only_an_earlier_state_of_the_same_run_is_replaced(path):
+    write(path, contents(), ANSWERS[:2])
+    write(path, contents(), ANSWERS)
+    assert read_answers(path) == ANSWERS
+    with pytest.raises(RunFileError, match="holds another run than its journal"):
+        write(path, contents(order=dataclasses.replace(ORDER, seed=6)), [])
+    assert read_answers(path) == ANSWERS
+    path.write_text("mine")
+    with pytest.raises(RunFileError, match="is no run file of springopt"):
         write(path, contents(), ANSWERS)
-    assert list(path.parent.iterdir()) == [path]
+    assert path.read_text() == "mine"
 
 
 def test_an_order_comes_back_from_its_json():
