@@ -10,6 +10,7 @@ import click
 from springopt.cli.main import COMMANDS
 from springopt.cli.outputs import FIGURE_ENDINGS, require_new
 from springopt.cli.results import print_run
+from springopt.cli.runs import read_run
 
 if TYPE_CHECKING:
     from springopt.store import RunFile
@@ -21,10 +22,8 @@ if TYPE_CHECKING:
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of tables.")
 def command(run: str, figure: str | None, as_json: bool) -> None:
     """Show what a run found: errors, classes of springs, and a figure of every load case."""
-    from springopt.store import read
-
     figure_path = None if figure is None else require_new(figure, FIGURE_ENDINGS)
-    contents = read(Path(run))
+    contents = read_run(run)
     if figure_path is not None:
         _draw(contents, figure_path)
     if as_json:

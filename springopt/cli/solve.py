@@ -11,6 +11,7 @@ import click
 
 from springopt.cli.main import COMMANDS
 from springopt.cli.results import print_run
+from springopt.cli.runs import require_no_folder
 from springopt.errors import UserError
 
 if TYPE_CHECKING:
@@ -66,7 +67,7 @@ def _solve(
 
     options = _options(settings)
     loaded = load_scene(scene)
-    path = out or _default_out(f"{loaded.name}-{optimizer}-seed{seed}.h5")
+    path = out if out is not None else _default_out(f"{loaded.name}-{optimizer}-seed{seed}.h5")
     with _progress_bar() as progress:
         return solve(loaded, optimizer, seed=seed, options=options, out=path, progress=progress, **limits)  # type: ignore[arg-type]
 
@@ -75,7 +76,7 @@ def _resume(path: str) -> Run:
     from springopt.runner import resume
 
     with _progress_bar() as progress:
-        return resume(path, progress=progress)
+        return resume(require_no_folder(path), progress=progress)
 
 
 def _require_alone(ctx: click.Context) -> None:

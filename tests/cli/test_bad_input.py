@@ -97,6 +97,23 @@ def test_a_file_that_is_no_run_is_refused(springopt, command: tuple[str, ...], c
     assert "Traceback" not in err
 
 
+@pytest.mark.parametrize(
+    "command", [("show",), ("solve", "--resume"), ("solve", "--optimizer", "random-search", "--out")]
+)
+def test_a_folder_is_no_run_file(springopt, command: tuple[str, ...]) -> None:
+    for folder in (".", ""):
+        code, out, err = springopt(*command, folder)
+        assert (code, out) == (2, "")
+        assert "folder" in err or "exists" in err
+
+
+def test_a_run_that_was_killed_is_told_from_one_that_never_was(springopt) -> None:
+    Path("killed.h5.journal").write_text("")
+    code, _, err = springopt("show", "killed.h5")
+    assert code == 2
+    assert "finish it with springopt solve --resume killed.h5" in err
+
+
 def test_our_own_fault_is_said_in_a_sentence_with_exit_code_1(springopt, monkeypatch: pytest.MonkeyPatch) -> None:
     from springopt import runner
 
