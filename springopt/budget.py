@@ -9,6 +9,13 @@ from typing import Any
 
 from springopt.errors import UserError
 
+_KINDS: dict[str, tuple[str, Any]] = {
+    "evaluations": ("a positive whole number", Integral),
+    "seconds": ("a positive number", Real),
+    "solves": ("a positive whole number", Integral),
+    "target": ("a finite number", Real),
+}
+
 
 @dataclass(frozen=True, kw_only=True)
 class Budget:
@@ -38,11 +45,3 @@ def _limit(name: str, limit: Any) -> int | float:
     if not legal or (limit <= 0 and name != "target"):
         raise UserError(f"the budget's {name} must be {wanted}, not {limit!r}; give another limit.")
     return int(limit) if kind is Integral else float(limit)
-
-
-_KINDS: dict[str, tuple[str, type]] = {
-    "evaluations": ("a positive whole number", Integral),
-    "seconds": ("a positive number", Real),
-    "solves": ("a positive whole number", Integral),
-    "target": ("a finite number", Real),
-}

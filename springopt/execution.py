@@ -34,17 +34,19 @@ def execute(
     order: Order, setup: Setup, optimizer: Optimizer, journal: Journal | None = None, progress: Progress | None = None
 ) -> Run:
     """Runs the optimizer to its end; with a journal, the run file takes its place then."""
-    _compile(setup, optimizer)
     with held_interrupts() as pressed:
         budget, watch = Budget(**order.budget), _watcher(progress, pressed)
         problem = Problem(setup.objective, setup.encoding, budget, journal, watch=watch)
         require_supplies(optimizer, problem.supplies)
+        _compile(setup, optimizer)
+        problem.meter.clock.set(0.0, 0.0)
         why = _minimize(optimizer, problem, np.random.default_rng(order.seed))
         if progress:
             _tell(progress, problem.meter)
-        run = _result(order, setup, problem, why, journal and run_path(journal.path))
-        if journal:
-            write(run_path(journal.path), _run_file(order, setup, run), journal.answers())
+        path = run_path(journal.path) if journal else None
+        run = _result(order, setup, problem, why, path)
+        if journal and path:
+            write(path, _run_file(order, setup, run), journal.answers())
             journal.delete()
         return run
 

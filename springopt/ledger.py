@@ -127,8 +127,18 @@ class Ledger:
             return self._answer(kind, question, value, checksum=digest(numbers)), numbers
         return self._answer(kind, question, value, payload=numbers.tobytes()), numbers
 
-    def _answer(self, kind: str, question: bytes, value: float | None, status: int = 0, **kept: bytes) -> Answer:
-        return Answer(kind, question, self._tolerance, status, value, *self.meter.clock.read(), **kept)
+    def _answer(
+        self,
+        kind: str,
+        question: bytes,
+        value: float | None,
+        status: int = 0,
+        *,
+        payload: bytes | None = None,
+        checksum: bytes | None = None,
+    ) -> Answer:
+        clock = self.meter.clock.read()
+        return Answer(kind, question, self._tolerance, status, value, *clock, payload, checksum)
 
     def _before_solve(self) -> None:
         self._watch(self.meter)

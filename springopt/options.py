@@ -82,7 +82,7 @@ def _explanations_in(cls: type) -> dict[str, str]:
     behind, alone = _marked_comments(source)
     body = ast.parse(source).body[0].body  # type: ignore[attr-defined]
     return {
-        statement.target.id: behind.get(statement.end_lineno) or _above(statement.lineno, alone)
+        statement.target.id: behind.get(statement.end_lineno or 0) or _above(statement.lineno, alone)
         for statement in body
         if isinstance(statement, ast.AnnAssign) and isinstance(statement.target, ast.Name)
     }
