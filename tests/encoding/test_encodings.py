@@ -130,7 +130,7 @@ def test_a_lattice_without_cells_is_described_by_direction() -> None:
         (lambda: Real(LATTICE, upper=[1.0, 2.0]), r"must have the shape \(72,\)"),
         (lambda: Real(LATTICE, upper=5.0, threshold=5.0), "threshold"),
         (lambda: Real(LATTICE, upper=5.0, threshold=np.nan), "threshold"),
-        (lambda: Binary(LATTICE, stiffness=0.0), "stiffness is 0, but it must be positive"),
+        (lambda: Binary(LATTICE, stiffness=0.0), r"stiffness\[0\] is 0, but it must be positive"),
         (lambda: Binary(LATTICE, stiffness=[1.0]), r"must have the shape \(72,\)"),
         (lambda: TwoClass(SpringLattice.grid((3, 3), neighbourhood="von-neumann")), "no diagonal springs"),
         (lambda: Grouped({"a": LATTICE.straight}), "every spring in exactly one class"),
