@@ -88,7 +88,8 @@ class Objective:
         candidates = self._candidates(stiffness)
         equilibria = find(self._groups, candidates, tolerance=self.tolerance)
         misfits = self._misfit.value(self._differences(equilibria), self.smallest_rest_length)
-        values = np.minimum(misfits @ self._training_weights, self._cap)
+        # A sum and no matrix product: BLAS rounds by the shape of the batch, and a value depends on its candidate alone.
+        values = np.minimum((misfits * self._training_weights).sum(axis=-1), self._cap)
         for m in np.flatnonzero(~has_equilibrium(equilibria.codes).all(axis=1)):
             values[m] = self._cap * (1.0 + zero_mode_share(self._groups, candidates[m], equilibria.codes[m]))
         return Evaluation(values, equilibria.codes.max(axis=1), equilibria.codes.size)
@@ -97,7 +98,7 @@ class Objective:
         """Value and gradient (s,) of one candidate (s,), by the adjoint method; raises NoEquilibrium."""
         candidate, equilibria = self._equilibrium(stiffness)
         differences = self._differences(equilibria)[0]
-        value = float(self._misfit.value(differences, self.smallest_rest_length) @ self._training_weights)
+        value = float((self._misfit.value(differences, self.smallest_rest_length) * self._training_weights).sum())
         loads = self._misfit.gradient(differences, self.smallest_rest_length) * self._training_weights[:, None, None]
         loads = loads.reshape(len(loads), -1)
         total = np.zeros(len(candidate))

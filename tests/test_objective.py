@@ -116,3 +116,12 @@ def test_bad_options_are_refused_in_one_sentence(options, message):
 def test_a_reference_model_without_an_equilibrium_is_refused():
     with pytest.raises(so.UserError, match="must have an equilibrium"):
         so.SpringReference(so.Model(GRID), 0.0).deform(CASES[0])
+
+
+def test_a_value_has_the_same_bits_in_any_batch():
+    goal = objective()
+    candidates = np.random.default_rng(11).uniform(0.5, 9, (70, GRID.spring_count))
+    together = goal.evaluate(candidates).values
+    alone = [goal.evaluate(candidate[None]).values[0] for candidate in candidates]
+    np.testing.assert_array_equal(together, alone)
+    assert goal.gradient(candidates[0])[0] == together[0]

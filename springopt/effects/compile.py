@@ -29,8 +29,9 @@ def compiled(function: Callable[..., Any]) -> Any:
         numba.config.CACHE_DIR = before
 
 
+@cache
 def announce_compilation(kernel: Any) -> None:
-    """Say so if the next call of this kernel will compile it."""
+    """Say so, once a process, if the next call of this kernel will compile it."""
     if kernel.signatures or _is_cached(kernel):
         return
     _LOG.warning("Compiling %s for this processor; this happens once and takes some 20 seconds.", kernel.__name__)

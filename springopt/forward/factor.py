@@ -54,7 +54,8 @@ def factorize(plan: Any, tangent: Any, inverse: Any, scaled: Any, scale: Any, re
     """
     d, first, start = plan.dimension, plan.first, plan.start
     block, zero, one = d * d, splat(0.0), splat(1.0)
-    negative_count, zero_count, lowest_at, lowest = zero, zero, splat(-1.0), splat(-ZERO_PIVOT)
+    negative_count, zero_count = zero, zero
+    lowest_at, lowest, lowest_scale = splat(-1.0), splat(-ZERO_PIVOT), one
     for row in range(len(first)):
         begin = first[row]
         _reduce_row(d, first, start, tangent, row, scaled)
@@ -71,9 +72,11 @@ def factorize(plan: Any, tangent: Any, inverse: Any, scaled: Any, scale: Any, re
             is_positive = where_greater(pivot, threshold, one, zero)
             negative_count = negative_count + is_negative
             zero_count = zero_count + (one - is_negative - is_positive)
-            relative = pivot / stiffness
-            lowest_at = where_greater(lowest, relative, splat(float(at)), lowest_at)
-            lowest = where_greater(lowest, relative, relative, lowest)
+            # pivot / stiffness < lowest / lowest_scale, without dividing
+            theirs, ours = lowest * stiffness, pivot * lowest_scale
+            lowest_at = where_greater(theirs, ours, splat(float(at)), lowest_at)
+            lowest = where_greater(theirs, ours, pivot, lowest)
+            lowest_scale = where_greater(theirs, ours, stiffness, lowest_scale)
             replaced = maximum(absolute(pivot), stiffness * replacement)
             inverse_pivot = one / where_greater(pivot, threshold, pivot, replaced)
             store(inverse, at, inverse_pivot)
@@ -89,7 +92,7 @@ def factorize(plan: Any, tangent: Any, inverse: Any, scaled: Any, scale: Any, re
     store(inertia, 0, negative_count)
     store(inertia, 1, zero_count)
     store(inertia, 2, lowest_at)
-    store(inertia, 3, lowest)
+    store(inertia, 3, lowest / lowest_scale)
 
 
 @njit(error_model="numpy")

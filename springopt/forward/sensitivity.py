@@ -141,9 +141,9 @@ def _gradients(plan: Any, state: Any, stiffness: Any, displacements: Any, loads:
                         state.unknowns[block * d + a, v] = loads[begin + v, node * d + a]
         _adjoint(plan, state)
         for spring in range(len(plan.ends)):
-            store(state.facts, 0, _against_springs(plan, state, spring))
+            store(state.scalars, 0, _against_springs(plan, state, spring))
             for v in range(count):
-                answers[begin + v, spring] = state.facts[0, v]
+                answers[begin + v, spring] = state.scalars[0, v]
 
 
 @compiled
@@ -161,6 +161,6 @@ def _jacobians(plan: Any, state: Any, stiffness: Any, displacements: Any, answer
             state.unknowns[plan.block_of[row // d] * d + row % d] = 1.0
             _adjoint(plan, state)
             for spring in range(len(plan.ends)):
-                store(state.facts, 0, _against_springs(plan, state, spring))
+                store(state.scalars, 0, _against_springs(plan, state, spring))
                 for v in range(count):
-                    answers[begin + v, row, spring] = state.facts[0, v]
+                    answers[begin + v, row, spring] = state.scalars[0, v]

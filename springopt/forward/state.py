@@ -7,6 +7,30 @@ from numpy.typing import NDArray
 
 from springopt.effects.lanes import LANE_COUNT
 
+# Rows of `Lanes.scalars`: what the search remembers of each lane.
+(
+    ENERGY,  # at the trial state
+    MAGNITUDE,  # strain energy plus work, whose rounding the energy carries
+    RESIDUAL,  # largest out-of-balance force at the trial state
+    FORCE_SCALE,  # largest of loads and reactions at the trial state
+    ACCEPTED,  # 1 where the trial state was accepted, else 0
+    SLOPE,  # of the energy along the direction found, per step 1
+    LONGEST,  # largest component of that direction
+    STRETCH,  # what that direction is to be multiplied by
+    STEP,  # share of the direction that the trial state goes
+    JOB,
+    PHASE,
+    ITERATIONS,
+    LAST_ENERGY,  # at the accepted state
+    LAST_RESIDUAL,
+    LAST_SLOPE,
+    IS_CAPPED,  # 1 where the step was shortened to the limit
+    STEP_LIMIT,
+    CURVATURE,  # the negative pivot that is being escaped from, in relation to its scale
+    PRESTRESS,  # largest force in a spring at rest
+    SCALAR_COUNT,
+) = range(20)
+
 IDLE = -1  # the job of a lane that has none
 
 
@@ -31,75 +55,50 @@ class Answers(NamedTuple):
 
 
 class Lanes(NamedTuple):
-    """The states under way; arrays of shape (rows, 8) are lane blocks, those of shape (8,) scalars of each lane."""
+    """The states under way, in lane blocks of shape (rows, 8)."""
 
-    stiffness: NDArray[np.float64]
-    forces: NDArray[np.float64]
-    trial: NDArray[np.float64]  # displacements where everything is evaluated
-    accepted: NDArray[np.float64]  # displacements of the last accepted state
-    internal: NDArray[np.float64]  # internal forces at the trial state
-    tangent: NDArray[np.float64]
-    inverse: NDArray[np.float64]
-    scaled: NDArray[np.float64]
-    scale: NDArray[np.float64]
-    residual: NDArray[np.float64]  # forces - internal forces of the unknowns at the accepted state
-    direction: NDArray[np.float64]
-    unknowns: NDArray[np.float64]  # right-hand side, then solution
-    delta: NDArray[np.float64]
-    inertia: NDArray[np.float64]
-    facts: NDArray[np.float64]  # rows: see the constants below
-    job: NDArray[np.int64]
-    phase: NDArray[np.int64]
-    iterations: NDArray[np.int64]
-    is_capped: NDArray[np.bool_]
-    energy: NDArray[np.float64]
-    slope: NDArray[np.float64]
-    step: NDArray[np.float64]
-    size: NDArray[np.float64]  # largest residual at the accepted state
-    radius: NDArray[np.float64]
-    curvature: NDArray[np.float64]  # the negative pivot that is being escaped from, in relation to its scale
-    prestress: NDArray[np.float64]
-
-
-ENERGY, MAGNITUDE, LARGEST, FORCE_SCALE, IS_ACCEPTED, SLOPE, LONGEST, STEP, FACT_COUNT = range(9)
+    scalars: NDArray[np.float64]  # rows as numbered above
+    inertia: NDArray[np.float64]  # (4, 8), of the factorized tangent
+    stiffness: NDArray[np.float64]  # (s, 8)
+    forces: NDArray[np.float64]  # (n d, 8)
+    trial: NDArray[np.float64]  # (n d, 8), displacements where everything is evaluated
+    accepted: NDArray[np.float64]  # (n d, 8), displacements of the last accepted state
+    internal: NDArray[np.float64]  # (n d, 8), internal forces at the trial state
+    tangent: NDArray[np.float64]  # the envelope, then its factor
+    inverse: NDArray[np.float64]  # (B d, 8), inverse pivots
+    scaled: NDArray[np.float64]  # scratch of the factorization
+    scale: NDArray[np.float64]  # (B d, 8), the stiffness that meets at each unknown
+    residual: NDArray[np.float64]  # (B d, 8), forces less internal forces at the accepted state
+    direction: NDArray[np.float64]  # (B d, 8)
+    unknowns: NDArray[np.float64]  # (B d, 8), right-hand side, then solution
+    delta: NDArray[np.float64]  # (d, 8), the vector of one spring
 
 
 def make_lanes(plan: Any, spring_count: int) -> Lanes:
     """An empty state for this plan."""
-    widths = np.arange(len(plan.first)) - plan.first
-    d, unknown_count, node_rows = plan.dimension, len(plan.first) * plan.dimension, plan.nodes.size
+    d, node_rows, unknown_count = plan.dimension, plan.nodes.size, len(plan.first) * plan.dimension
+    widest = int((np.arange(len(plan.first)) - plan.first).max(initial=0))
 
     def block(rows: int) -> NDArray[np.float64]:
         return np.zeros((rows, LANE_COUNT))
 
-    def scalar(kind: type = np.float64) -> Any:
-        return np.zeros(LANE_COUNT, dtype=kind)
-
-    return Lanes(
-        stiffness=np.ones((spring_count, LANE_COUNT)),
+    state = Lanes(
+        scalars=block(SCALAR_COUNT),
+        inertia=block(4),
+        stiffness=block(spring_count),
         forces=block(node_rows),
         trial=block(node_rows),
         accepted=block(node_rows),
         internal=block(node_rows),
         tangent=block(plan.block_count * d * d),
         inverse=block(unknown_count),
-        scaled=block(int(widths.max(initial=0)) * d * d),
-        scale=np.ones((unknown_count, LANE_COUNT)),
+        scaled=block(widest * d * d),
+        scale=block(unknown_count),
         residual=block(unknown_count),
         direction=block(unknown_count),
         unknowns=block(unknown_count),
         delta=block(d),
-        inertia=block(4),
-        facts=block(FACT_COUNT),
-        job=np.full(LANE_COUNT, IDLE, dtype=np.int64),
-        phase=scalar(np.int64),
-        iterations=scalar(np.int64),
-        is_capped=scalar(np.bool_),
-        energy=scalar(),
-        slope=scalar(),
-        step=scalar(),
-        size=scalar(),
-        radius=scalar(),
-        curvature=scalar(),
-        prestress=scalar(),
     )
+    state.scalars[JOB] = IDLE
+    state.scale[:] = 1.0  # a lane that never gets a job factorizes something harmless
+    return state
