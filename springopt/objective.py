@@ -88,7 +88,7 @@ class Objective:
         candidates = self._candidates(stiffness)
         equilibria = find(self._groups, candidates, tolerance=self.tolerance)
         misfits = self._misfit.value(self._differences(equilibria), self.smallest_rest_length)
-        # A sum and no matrix product: BLAS rounds by the shape of the batch, and a value depends on its candidate alone.
+        # No matrix product: BLAS rounds by the shape of the batch, and a value depends on its candidate alone.
         values = np.minimum((misfits * self._training_weights).sum(axis=-1), self._cap)
         for m in np.flatnonzero(~has_equilibrium(equilibria.codes).all(axis=1)):
             values[m] = self._cap * (1.0 + zero_mode_share(self._groups, candidates[m], equilibria.codes[m]))

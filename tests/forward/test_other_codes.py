@@ -92,7 +92,7 @@ def test_equilibria_of_another_engine_are_found_again(name):
 
 
 def test_candidates_near_a_known_model_deform_as_another_code_says():
-    data = np.load(DATA / "msm" / "P1.npz")
+    data = np.load(DATA.parents[1] / "benchmarks" / "data" / "P1.npz")
     lattice = so.SpringLattice(data["nodes"], data["springs"], data["rest_lengths"])
     cases = [
         so.LoadCase(str(name), data["fixed"], forces)
