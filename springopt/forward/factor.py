@@ -59,11 +59,14 @@ def factorize(plan: Any, tangent: Any, inverse: Any, scaled: Any, scale: Any, re
     for row in range(len(first)):
         begin = first[row]
         _reduce_row(d, first, start, tangent, row, scaled)
-        for k in range((row - begin) * block):
-            pivot_at = (begin + k // block) * d + k % d
-            store(tangent, start[row] * block + k, load(scaled, k) * load(inverse, pivot_at))
+        k, left = 0, start[row] * block
+        for column in range(begin, row):
+            for _ in range(d):
+                for b in range(d):
+                    store(tangent, left + k, load(scaled, k) * load(inverse, column * d + b))
+                    k += 1
         diagonal = (start[row] + row - begin) * block
-        _subtract(d, tangent, diagonal, scaled, 0, tangent, start[row] * block, row - begin)
+        _subtract(d, tangent, diagonal, scaled, 0, tangent, left, row - begin)
         for b in range(d):
             at = row * d + b
             pivot, stiffness = load(tangent, diagonal + b * d + b), load(scale, at)
