@@ -117,7 +117,7 @@ def _progress_bar() -> Iterator[Progress | None]:
     if not console.is_terminal:
         yield None
         return
-    columns = (BarColumn(), MofNCompleteColumn(), TextColumn("best {task.fields[best]:.4g}"), TimeElapsedColumn())
+    columns = (BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[best]}"), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("", total=None, best=float("nan"))
-        yield lambda done, total, best, seconds: bar.update(task, completed=done, total=total, best=best)
+        task = bar.add_task("", total=None, best="getting ready")
+        yield lambda done, total, best, seconds: bar.update(task, completed=done, total=total, best=f"best {best:.4g}")
