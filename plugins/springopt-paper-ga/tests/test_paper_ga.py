@@ -1,6 +1,7 @@
 """The paper's genetic algorithm: the contract in every reading, the paper's constants, and its two recoveries."""
 
 import contextlib
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -88,6 +89,11 @@ def test_the_elite_is_kept_and_not_evaluated_again():
 def test_options_out_of_range_are_refused(options, kind, sentence):
     with pytest.raises(so.UserError, match=sentence):
         minimized(PaperGA(**options), kind)
+
+
+def test_the_scene_with_one_side_clamped_differs_in_its_supports():
+    clamped = so.load_scene(Path(__file__).parents[1] / "stiffness-2d-clamped.toml")
+    assert {hold.on[0] for case in clamped.load_cases.train for hold in case.hold} == {"left"}
 
 
 @pytest.mark.slow
