@@ -70,7 +70,9 @@ class PaperGA(Optimizer):
         for option, (lowest, highest) in _RANGES.items():
             number = getattr(self, option)
             if number is not None and not lowest <= number <= highest:
-                raise UserError(f"option {option} of paper-ga lies in [{lowest}, {highest}], not at {number}.")
+                raise UserError(
+                    f"option {option} of paper-ga lies in [{lowest}, {highest}], not at {number}; give another value."
+                )
 
     def minimize(self, problem: Problem, rng: Random) -> None:
         population, a, b, mutation = self.constants(problem.kind)
@@ -86,7 +88,7 @@ class PaperGA(Optimizer):
         constants = PAPER[kind]._replace(**{name: value for name, value in options.items() if value is not None})
         if kind == "binary" and constants.mutation == "every-gene":
             raise UserError("mutation = 'every-gene' of paper-ga would flip every bit; choose 'gene' or 'individual'.")
-        if self.elite >= constants.population:
+        if self.survival == "generational" and self.elite >= constants.population:
             raise UserError(
                 f"option elite of paper-ga is {self.elite}, and no child could live among {constants.population} "
                 "individuals; lower it or raise the population."
