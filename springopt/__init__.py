@@ -4,6 +4,7 @@ The public names load on first use, so that importing the package costs nothing.
 """
 
 from importlib import import_module
+from typing import Any
 
 __version__ = "0.1.0"
 
@@ -35,7 +36,7 @@ _HOME = {
 __all__ = ["__version__", *_HOME]
 
 
-def __getattr__(name: str) -> object:
+def __getattr__(name: str) -> Any:
     """The public name from the module it lives in (PEP 562)."""
     if name not in _HOME:
         raise AttributeError(f"module 'springopt' has no attribute {name!r}")
