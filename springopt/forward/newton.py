@@ -62,19 +62,19 @@ def find_equilibria(plan: Any, jobs: Any, state: Any, answers: Any, tolerance: f
     """Answer all jobs. `tolerance` is relative to the largest force: loads, reactions and prestress."""
     waiting = 0
     while True:
-        waiting = _refill(plan, jobs, state, waiting)
+        waiting = refill(plan, jobs, state, waiting)
         if state.scalars[JOB].max() == IDLE:
             return
         evaluate(plan, state)
-        _judge_lanes(plan, state, answers, tolerance, iteration_limit)
-        _keep_accepted(state)
+        judge_lanes(plan, state, answers, tolerance, iteration_limit)
+        keep_accepted(state)
         _find_directions(plan, state)
-        _set_courses(plan, state, answers)
-        _move(plan, state)
+        set_courses(plan, state, answers)
+        move(plan, state)
 
 
 @njit(error_model="numpy")
-def _refill(plan: Any, jobs: Any, state: Any, waiting: int) -> int:
+def refill(plan: Any, jobs: Any, state: Any, waiting: int) -> int:
     """Idle lanes take up the waiting jobs; returns the first that still waits."""
     for v in range(LANE_COUNT):
         if state.scalars[JOB, v] == IDLE and waiting < len(jobs.case):
@@ -130,8 +130,7 @@ def _put_down(state: Any, answers: Any, v: int, code: int) -> None:
 @njit(error_model="numpy")
 def evaluate(plan: Any, state: Any) -> None:
     """Energy, residual, force scale and tangent at the trial states of all lanes."""
-    d, lane, unknowns, internal, forces = plan.dimension, state.scalars, state.unknowns, state.internal, state.forces
-    zero = splat(0.0)
+    d, lane, internal, zero = plan.dimension, state.scalars, state.internal, splat(0.0)
     for row in range(len(state.tangent)):
         store(state.tangent, row, zero)
     for row in range(len(internal)):
@@ -144,7 +143,15 @@ def evaluate(plan: Any, state: Any) -> None:
         blocks = (state.trial, internal, state.tangent, lane)
         call_kernel(plan.kernels[number], d, len(plan.nodes), body + blocks)
 
-    work, force_scale = zero, zero
+    sum_up(plan, state)
+    _pin(plan, state)
+
+
+@njit(error_model="numpy")
+def sum_up(plan: Any, state: Any) -> None:
+    """Energy less work, out-of-balance forces and force scale, from strain energy and internal forces."""
+    d, lane, unknowns, internal, forces = plan.dimension, state.scalars, state.unknowns, state.internal, state.forces
+    work, force_scale, largest = splat(0.0), splat(0.0), splat(0.0)
     for row in range(len(forces)):
         force = load(forces, row)
         work = fma(force, load(state.trial, row), work)
@@ -157,8 +164,8 @@ def evaluate(plan: Any, state: Any) -> None:
             for a in range(d):
                 row = node * d + a
                 store(unknowns, block * d + a, load(forces, row) - load(internal, row))
-    _pin(plan, state)
-    largest = zero
+    for at in plan.pinned:
+        store(unknowns, at, splat(0.0))
     for at in range(len(unknowns)):
         largest = maximum(largest, absolute(load(unknowns, at)))
     strain = load(lane, ENERGY)
@@ -170,7 +177,7 @@ def evaluate(plan: Any, state: Any) -> None:
 
 @njit(error_model="numpy")
 def _pin(plan: Any, state: Any) -> None:
-    """Take the pinned unknowns out of residual and tangent."""
+    """Take the pinned unknowns out of the tangent."""
     d = plan.dimension
     for row in plan.pinned_rows:
         store(state.tangent, row, splat(0.0))
@@ -178,11 +185,10 @@ def _pin(plan: Any, state: Any) -> None:
         block, a = at // d, at % d
         diagonal = (plan.start[block] + block - plan.first[block]) * d * d + a * d + a
         store(state.tangent, diagonal, load(state.scale, at))
-        store(state.unknowns, at, splat(0.0))
 
 
 @njit(error_model="numpy")
-def _judge_lanes(plan: Any, state: Any, answers: Any, tolerance: float, iteration_limit: int) -> None:
+def judge_lanes(plan: Any, state: Any, answers: Any, tolerance: float, iteration_limit: int) -> None:
     """Accept the trial states, shorten the steps, or give up."""
     lane = state.scalars
     for v in range(LANE_COUNT):
@@ -269,7 +275,7 @@ def _rounding(plan: Any, state: Any, v: int) -> float:
 
 
 @njit(error_model="numpy")
-def _keep_accepted(state: Any) -> None:
+def keep_accepted(state: Any) -> None:
     """Where the trial state was accepted it becomes the state to step from."""
     trial, accepted, unknowns, residual = state.trial, state.accepted, state.unknowns, state.residual
     is_accepted, half = load(state.scalars, ACCEPTED), splat(0.5)
@@ -281,10 +287,21 @@ def _keep_accepted(state: Any) -> None:
 
 @njit(error_model="numpy")
 def _find_directions(plan: Any, state: Any) -> None:
-    """Newton directions where the trial state was accepted; their slope and length."""
-    direction, unknowns, residual = state.direction, state.unknowns, state.residual
+    """Newton directions where the trial state was accepted, downwards from a saddle where one was found."""
     factorize(plan, state.tangent, state.inverse, state.scaled, state.scale, PIVOT_REPLACEMENT, state.inertia)
-    substitute(plan, state.tangent, state.inverse, unknowns)
+    substitute(plan, state.tangent, state.inverse, state.unknowns)
+    take_directions(state)
+    lane = state.scalars
+    for v in range(LANE_COUNT):
+        if lane[JOB, v] != IDLE and lane[ACCEPTED, v] == 1.0 and is_at_saddle(state, v):
+            negative_direction(plan, state.tangent, v, int(state.inertia[2, v]), state.direction)
+            measure_direction(state, v)
+
+
+@compiled
+def take_directions(state: Any) -> None:
+    """The solutions in `unknowns` become the directions of accepted lanes; their slope and length."""
+    direction, unknowns, residual = state.direction, state.unknowns, state.residual
     is_accepted, half = load(state.scalars, ACCEPTED), splat(0.5)
     slope, longest = splat(0.0), splat(0.0)
     for at in range(len(direction)):
@@ -297,7 +314,7 @@ def _find_directions(plan: Any, state: Any) -> None:
 
 
 @njit(error_model="numpy")
-def _set_courses(plan: Any, state: Any, answers: Any) -> None:
+def set_courses(plan: Any, state: Any, answers: Any) -> None:
     """After the factorization: lanes end, escape from a saddle, or take their Newton step."""
     lane = state.scalars
     for v in range(LANE_COUNT):
@@ -309,7 +326,7 @@ def _set_courses(plan: Any, state: Any, answers: Any) -> None:
             if state.inertia[0, v] == 0.0:
                 _put_down(state, answers, v, UNDERDETERMINED if state.inertia[1, v] > 0.0 else CONVERGED)
                 continue
-            _turn_down(plan, state, v)
+            lane[PHASE, v], lane[CURVATURE, v] = ESCAPING, state.inertia[3, v]
             limit = plan.step_limit
         lane[IS_CAPPED, v] = 1.0 if lane[LONGEST, v] > limit or lane[PHASE, v] == ESCAPING else 0.0
         if lane[IS_CAPPED, v] == 1.0:
@@ -320,20 +337,22 @@ def _set_courses(plan: Any, state: Any, answers: Any) -> None:
 
 
 @njit(error_model="numpy")
-def _turn_down(plan: Any, state: Any, v: int) -> None:
-    """At a saddle: the direction of lane v becomes one of negative curvature."""
-    lane, direction = state.scalars, state.direction
-    negative_direction(plan, state.tangent, v, int(state.inertia[2, v]), direction)
+def is_at_saddle(state: Any, v: int) -> bool:
+    return state.scalars[PHASE, v] == CERTIFYING and state.inertia[0, v] > 0.0
+
+
+@compiled
+def measure_direction(state: Any, v: int) -> None:
+    """Slope and length of the direction of lane v."""
     longest, slope = 0.0, 0.0
-    for at in range(len(direction)):
-        longest = max(longest, abs(direction[at, v]))
-        slope -= direction[at, v] * state.residual[at, v]
-    lane[LONGEST, v], lane[SLOPE, v] = longest, slope
-    lane[PHASE, v], lane[CURVATURE, v] = ESCAPING, state.inertia[3, v]
+    for at in range(len(state.direction)):
+        longest = max(longest, abs(state.direction[at, v]))
+        slope -= state.direction[at, v] * state.residual[at, v]
+    state.scalars[LONGEST, v], state.scalars[SLOPE, v] = longest, slope
 
 
 @njit(error_model="numpy")
-def _move(plan: Any, state: Any) -> None:
+def move(plan: Any, state: Any) -> None:
     """The next trial states."""
     d, trial, accepted, direction = plan.dimension, state.trial, state.accepted, state.direction
     stretch, step = load(state.scalars, STRETCH), load(state.scalars, STEP)

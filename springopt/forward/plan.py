@@ -38,6 +38,8 @@ class Plan(NamedTuple):
     kernels: NDArray[np.int64]  # (e,), addresses of the kernels of nonlinear effects
     kernel_parameters: NDArray[np.float64]  # those of all kernels, one after the other
     kernel_begins: NDArray[np.int64]  # (e,), where those of each kernel begin
+    coupled_first: NDArray[np.int64]  # (B,), first block of each block row of what the kernels alone couple
+    coupled_start: NDArray[np.int64]  # (B,), position of that block in the envelope of those
 
 
 def make_plan(lattice: SpringLattice, supports: NDArray[np.bool_], effects: Sequence[Effect] = ()) -> Plan:
@@ -47,8 +49,11 @@ def make_plan(lattice: SpringLattice, supports: NDArray[np.bool_], effects: Sequ
     rest_vectors = lattice.nodes[ends[:, 1]] - lattice.nodes[ends[:, 0]]
     lengths = np.sqrt((rest_vectors**2).sum(axis=1))
     active = [effect for effect in effects if effect.kernel(d) is not None]
-    couplings = np.concatenate([ends, *(effect.couplings(lattice) for effect in active)])
+    coupled = np.concatenate([np.zeros((0, 2), np.int64), *(effect.couplings(lattice) for effect in active)])
+    couplings = np.concatenate([ends, coupled])
     block_of, first = _slimmest_order(lattice, couplings, np.count_nonzero(supports, axis=1) < d)
+    coupled_first = _first_neighbours(coupled, block_of, len(first))
+    coupled_widths = np.arange(len(first)) - coupled_first + 1
     widths = np.arange(len(first)) - first + 1
     start = np.cumsum(widths) - widths
     parameters = [effect.parameters(lattice) for effect in active]
@@ -73,6 +78,8 @@ def make_plan(lattice: SpringLattice, supports: NDArray[np.bool_], effects: Sequ
         kernels=np.array([effect.kernel(d).address for effect in active], dtype=np.int64),
         kernel_parameters=np.concatenate([np.zeros(0), *parameters]),
         kernel_begins=np.cumsum([0, *map(len, parameters)])[:-1],
+        coupled_first=coupled_first,
+        coupled_start=np.cumsum(coupled_widths) - coupled_widths,
     )
 
 
@@ -139,13 +146,11 @@ def _pinned(
     d = supports.shape[1]
     nodes, axes = np.nonzero(supports & (block_of >= 0)[:, None])
     pinned = block_of[nodes] * d + axes
-    rows: list[int] = []
+    axes_of = np.arange(d)
+    rows = [np.zeros(0, dtype=np.int64)]
     for block, axis in zip(block_of[nodes], axes, strict=True):
-        for column in range(first[block], block + 1):
-            at = (start[block] + column - first[block]) * d * d
-            rows += [at + axis * d + b for b in range(d)]
-        for row in range(block, len(first)):
-            if first[row] <= block:
-                at = (start[row] + block - first[row]) * d * d
-                rows += [at + a * d + axis for a in range(d)]
-    return pinned.astype(np.int64), np.unique(np.array(rows, dtype=np.int64))
+        columns = np.arange(first[block], block + 1)
+        rows.append((((start[block] + columns - first[block]) * d + axis) * d)[:, None] + axes_of)
+        below = block + np.flatnonzero(first[block:] <= block)
+        rows.append((((start[below] + block - first[below]) * d * d) + axis)[:, None] + axes_of * d)
+    return pinned.astype(np.int64), np.unique(np.concatenate([block.ravel() for block in rows]))

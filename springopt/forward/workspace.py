@@ -1,0 +1,69 @@
+"""What one search in a large system works on: eight load cases of one candidate, and the matrices of their tangents."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from springopt.effects.lanes import LANE_COUNT
+from springopt.forward.layout import Layout
+from springopt.forward.matrix import Matrix
+from springopt.forward.plan import Plan
+from springopt.forward.sparse_kernels import Tangents, evaluate_forces, multiply, scatter
+from springopt.forward.state import Lanes, make_lanes
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Workspace:
+    """Made for each call of an engine, so that calls may run side by side."""
+
+    plan: Plan
+    state: Lanes
+    tangents: Tangents
+    spread: Floats  #: scratch, shape (n d, 8)
+    product: Floats  #: the last product with the tangents, shape (B d, 8)
+
+    @classmethod
+    def of(cls, plan: Plan) -> "Workspace":
+        d, rows = plan.dimension, 0
+        if len(plan.kernels):
+            rows = int((np.arange(len(plan.coupled_first)) - plan.coupled_first + 1).sum()) * d * d
+        tangents = Tangents(
+            cache=np.zeros((2 * len(plan.ends), LANE_COUNT)),
+            coupled=np.zeros((rows, LANE_COUNT)),
+        )
+        state = make_lanes(plan._replace(block_count=0), len(plan.ends))
+        return cls(plan, state, tangents, np.zeros((plan.nodes.size, LANE_COUNT)), np.zeros_like(state.unknowns))
+
+    def evaluate(self, stiffness: Floats, displacements: Floats) -> None:
+        """Forces and tangents of one candidate (s,) at up to eight states (c, n d); spare lanes repeat the last."""
+        lanes = np.minimum(np.arange(LANE_COUNT), len(displacements) - 1)
+        self.state.stiffness[:] = stiffness[:, None]
+        self.state.trial[:] = displacements[lanes].T
+        self.state.scale[:] = meeting_stiffness(self.plan, stiffness)[:, None]
+        evaluate_forces(self.plan, self.state, self.tangents)
+
+    def multiply(self, p: Floats) -> Floats:
+        """The tangents of the lanes times p (B d, 8), valid until the next product."""
+        multiply(self.plan, self.state, self.tangents, self.spread, p, self.product)
+        return self.product
+
+    def fill(self, matrix: Matrix, layout: Layout, lane: int, weight: float = 1.0) -> None:
+        """The tangent of one lane, times `weight`, into a matrix."""
+        matrix.clear()
+        matrix.scale[: len(self.state.scale)] = weight * self.state.scale[:, lane]
+        places = (layout.springs, layout.coupled, layout.pinned)
+        scatter(self.plan, self.state, self.tangents, lane, weight, *places, matrix.entries)
+
+
+def meeting_stiffness(plan: Plan, stiffness: Floats) -> Floats:
+    """What pivots are judged by: the stiffness that meets at each unknown, the stiffest where there is none."""
+    at_node = np.bincount(plan.ends.ravel(), np.repeat(stiffness, 2), minlength=len(plan.nodes))
+    at_block = np.zeros(len(plan.first))
+    is_free = plan.block_of >= 0
+    at_block[plan.block_of[is_free]] = at_node[is_free]
+    stiffest = stiffness.max(initial=0.0)
+    at_block[at_block == 0.0] = stiffest if stiffest > 0 else 1.0
+    return np.repeat(at_block, plan.dimension)
