@@ -11,6 +11,7 @@ from springopt.checks import Floats, floats, require_nonnegative, require_positi
 from springopt.effects.effect import Effect
 from springopt.errors import UserError
 from springopt.forward.batch import Equilibria, Group, constant_forces, find, group_by_supports
+from springopt.forward.choose import require_known
 from springopt.forward.sensitivity import tangents
 from springopt.forward.status import STATUSES, Status
 from springopt.lattice import SpringLattice
@@ -25,6 +26,10 @@ class Model:
 
     lattice: SpringLattice
     effects: Sequence[Effect] = ()  #: what acts beside the springs
+    #: "nonlinear", or "linear" for small displacements: then one factor serves all load cases of a candidate.
+    kinematics: str = "nonlinear"
+    #: None leaves the choice to `forward.choose`; "lanes", "sparse" and "iterative" give the same answers.
+    engine: str | None = None
 
     def __post_init__(self) -> None:
         effects = tuple(self.effects or ())
@@ -34,6 +39,7 @@ class Model:
                     f"effects must be a list of Effect, not {type(effect).__name__}; try Gravity((0, -9.81))."
                 )
         object.__setattr__(self, "effects", effects)
+        require_known(self.kinematics, self.engine)
         constant_forces(self.lattice, effects)  # refuses options that do not fit the lattice, here and not later
 
     def solve(self, stiffness: ArrayLike, cases: Sequence[LoadCase], tolerance: float = TOLERANCE) -> "Solution":
@@ -64,7 +70,9 @@ class Model:
                     f"Load case {case.name!r} has forces of shape {case.forces.shape}, "
                     f"but the lattice has nodes of shape {self.lattice.nodes.shape}."
                 )
-        return group_by_supports(self.lattice, cases, self.effects)
+        return group_by_supports(
+            self.lattice, cases, self.effects, kinematics=self.kinematics, engine=self.engine
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,7 +165,7 @@ class Solution:
 def _zero_modes(group: Group, stiffness: Floats, displacements: Floats) -> Floats:
     nodes = group.plan.nodes
     free = np.setdiff1d(np.arange(nodes.size), group.plan.supported)
-    tangent = tangents(group, stiffness, displacements[None])[0][np.ix_(free, free)]
+    tangent = tangents(group.plan, stiffness, displacements[None])[0][np.ix_(free, free)]
     values, vectors = np.linalg.eigh(tangent)
     is_zero = np.abs(values) <= 1e-10 * max(np.abs(values).max(initial=0.0), np.finfo(float).tiny)
     modes = np.zeros((np.count_nonzero(is_zero), nodes.size))

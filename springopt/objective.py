@@ -9,9 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from springopt.checks import Floats, floats, require_finite, require_nonnegative, require_positive, require_shape
 from springopt.errors import NoEquilibrium, UserError, did_you_mean
-from springopt.forward.batch import Equilibria, Group, find, group_by_supports
+from springopt.forward.batch import Equilibria, Group, find
 from springopt.forward.rest_modes import zero_mode_share
-from springopt.forward.sensitivity import gradients, jacobians
 from springopt.forward.status import STATUSES, Status, has_equilibrium
 from springopt.load_case import LoadCase
 from springopt.misfit import MISFITS, Misfit
@@ -104,7 +103,7 @@ class Objective:
         total = np.zeros(len(candidate))
         for group in self._groups:
             u = equilibria.displacements[0, group.cases]
-            total += gradients(group, candidate, u, loads[group.cases]).sum(axis=0)
+            total += group.engine.gradients(candidate, u, loads[group.cases]).sum(axis=0)
         return value, total
 
     def residuals(self, stiffness: ArrayLike) -> Floats:
@@ -118,7 +117,7 @@ class Objective:
         differences = self._differences(equilibria)[0]
         derivatives = np.empty((len(differences), differences[0].size, len(candidate)))
         for group in self._groups:
-            derivatives[group.cases] = jacobians(group, candidate, equilibria.displacements[0, group.cases])
+            derivatives[group.cases] = group.engine.jacobians(candidate, equilibria.displacements[0, group.cases])
         weights = self._root_weights
         return (differences * weights).ravel(), (derivatives * weights).reshape(-1, len(candidate))
 
@@ -182,9 +181,7 @@ class Objective:
 
     @cached_property
     def _groups(self) -> tuple[Group, ...]:
-        training = [self.cases[i] for i in self._training]
-        self.model.groups(training)  # checks that they fit the lattice
-        return group_by_supports(self.model.lattice, training, self.model.effects)
+        return self.model.groups([self.cases[i] for i in self._training])
 
     @cached_property
     def _training_displacements(self) -> Floats:

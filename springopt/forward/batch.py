@@ -1,4 +1,4 @@
-"""Many small systems: the load cases grouped by their supports, every group's equilibria found in one kernel call."""
+"""All candidates under all load cases: grouped by their supports, every group handed to the engine that suits it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,24 +6,24 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from springopt.effects.compile import announce_compilation
 from springopt.effects.effect import Effect
+from springopt.forward.choose import Choice, choose, make_engine
+from springopt.forward.engine import Engine
 from springopt.forward.floating import net_forces_on_floating_parts
-from springopt.forward.newton import find_equilibria
 from springopt.forward.plan import Plan, make_plan
-from springopt.forward.state import Answers, Jobs, make_lanes
+from springopt.forward.state import Answers, Jobs
 from springopt.forward.status import MECHANISM
 from springopt.lattice import SpringLattice
 from springopt.load_case import LoadCase
 
-ITERATION_LIMIT = 500
-
 
 @dataclass(frozen=True)
 class Group:
-    """Load cases with the same supports, in one plan."""
+    """Load cases with the same supports: one plan, one engine."""
 
     plan: Plan
+    choice: Choice  #: which engine, and why
+    engine: Engine
     cases: NDArray[np.int64]  #: which of the load cases, shape (g,)
     forces: NDArray[np.float64]  #: shape (g, n d)
     prescribed: NDArray[np.float64]  #: shape (g, n d)
@@ -41,22 +41,34 @@ class Equilibria:
 
 
 def group_by_supports(
-    lattice: SpringLattice, cases: Sequence[LoadCase], effects: Sequence[Effect] = ()
+    lattice: SpringLattice,
+    cases: Sequence[LoadCase],
+    effects: Sequence[Effect] = (),
+    *,
+    kinematics: str = "nonlinear",
+    engine: str | None = None,
 ) -> tuple[Group, ...]:
-    """One group for each set of supports, in the order of their first load case."""
+    """One group for each set of supports, in the order of their first load case; options as in `choose`."""
     members: dict[bytes, list[int]] = {}
     for number, case in enumerate(cases):
         members.setdefault(case.supports.tobytes(), []).append(number)
     constant = constant_forces(lattice, effects).ravel()
-    return tuple(
-        Group(
-            plan=make_plan(lattice, cases[numbers[0]].supports, effects),
-            cases=np.array(numbers, dtype=np.int64),
-            forces=np.array([cases[i].forces.ravel() + constant for i in numbers]),
-            prescribed=np.array([cases[i].prescribed.ravel() for i in numbers]),
+    groups = []
+    for numbers in members.values():
+        plan = make_plan(lattice, cases[numbers[0]].supports, effects)
+        choice = choose(plan, kinematics, engine)
+        whole = make_plan(lattice, np.zeros_like(cases[0].supports), effects) if kinematics == "linear" else None
+        groups.append(
+            Group(
+                plan=plan,
+                choice=choice,
+                engine=make_engine(choice, plan, whole),
+                cases=np.array(numbers, dtype=np.int64),
+                forces=np.array([cases[i].forces.ravel() + constant for i in numbers]),
+                prescribed=np.array([cases[i].prescribed.ravel() for i in numbers]),
+            )
         )
-        for numbers in members.values()
-    )
+    return tuple(groups)
 
 
 def constant_forces(lattice: SpringLattice, effects: Sequence[Effect]) -> NDArray[np.float64]:
@@ -105,8 +117,7 @@ def _find_group(group: Group, stiffness: NDArray[np.float64], tolerance: float, 
         energies=np.zeros(len(cases)),
         iterations=np.zeros(len(cases), dtype=np.int64),
     )
-    announce_compilation(find_equilibria)
-    find_equilibria(plan, jobs, make_lanes(plan, len(plan.ends)), answers, tolerance, ITERATION_LIMIT)
+    group.engine.find(jobs, answers, tolerance)
     at = (candidates, group.cases[cases])
     equilibria.displacements[:, group.cases] = group.prescribed
     equilibria.codes[:, group.cases] = MECHANISM

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from springopt.effects.compile import compiled
 from springopt.effects.lanes import LANE_COUNT, fma, load, splat, store
 from springopt.effects.springs import elongation, tension_per_length
-from springopt.forward.batch import Group
 from springopt.forward.factor import factorize, substitute
 from springopt.forward.newton import evaluate
+from springopt.forward.plan import Plan
 from springopt.forward.state import make_lanes
 
 # A zero pivot becomes this times its scale: nothing moves along a mode that nothing resists.
@@ -24,29 +24,26 @@ RIGID = 1e30
 
 
 def gradients(
-    group: Group, stiffness: NDArray[np.float64], displacements: NDArray[np.float64], loads: NDArray[np.float64]
+    plan: Plan, stiffness: NDArray[np.float64], displacements: NDArray[np.float64], loads: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """d(g . u)/dk for each load case of the group, shape (g, s).
+    """d(g . u)/dk for each load case of one set of supports, shape (g, s).
 
     `stiffness` (s,); `displacements` (g, n d), the equilibria; `loads` (g, n d), the gradients g with respect to u.
     """
-    plan = group.plan
     answers = np.zeros((len(loads), len(stiffness)))
     _gradients(plan, make_lanes(plan, len(stiffness)), stiffness, displacements, loads, answers)
     return answers
 
 
-def jacobians(group: Group, stiffness: NDArray[np.float64], displacements: NDArray[np.float64]) -> NDArray[np.float64]:
-    """du/dk for each load case of the group, shape (g, n d, s); arguments as in `gradients`."""
-    plan = group.plan
+def jacobians(plan: Plan, stiffness: NDArray[np.float64], displacements: NDArray[np.float64]) -> NDArray[np.float64]:
+    """du/dk for each load case, shape (g, n d, s); arguments as in `gradients`."""
     answers = np.zeros((len(displacements), plan.nodes.size, len(stiffness)))
     _jacobians(plan, make_lanes(plan, len(stiffness)), stiffness, displacements, answers)
     return answers
 
 
-def tangents(group: Group, stiffness: NDArray[np.float64], displacements: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The tangent stiffness of each load case of the group, shape (g, n d, n d); zero in the supports' rows."""
-    plan = group.plan
+def tangents(plan: Plan, stiffness: NDArray[np.float64], displacements: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The tangent stiffness of each load case, shape (g, n d, n d); zero in the supports' rows."""
     d, size = plan.dimension, plan.nodes.size
     state = make_lanes(plan, len(stiffness))
     answers = np.zeros((len(displacements), size, size))
@@ -140,10 +137,16 @@ def _gradients(plan: Any, state: Any, stiffness: Any, displacements: Any, loads:
                     for v in range(count):
                         state.unknowns[block * d + a, v] = loads[begin + v, node * d + a]
         _adjoint(plan, state)
-        for spring in range(len(plan.ends)):
-            store(state.scalars, 0, _against_springs(plan, state, spring))
-            for v in range(count):
-                answers[begin + v, spring] = state.scalars[0, v]
+        spring_gradients(plan, state, answers[begin : begin + count])
+
+
+@compiled
+def spring_gradients(plan: Any, state: Any, answers: Any) -> None:
+    """-lambda . dF/dk of all springs into `answers` (lanes, s), for the adjoints in `state.internal` (n d, 8)."""
+    for spring in range(len(plan.ends)):
+        store(state.scalars, 0, _against_springs(plan, state, spring))
+        for v in range(len(answers)):
+            answers[v, spring] = state.scalars[0, v]
 
 
 @compiled

@@ -3,12 +3,12 @@
 The search is that of `newton`, with the same judges. A Newton system is solved by conjugate gradients, preconditioned
 by one factor of the tangent at rest that all load cases of a candidate share; where a tangent curves down, or its
 system stays unsolved, the exact factor with replaced pivots gives the direction, as in `newton`. Every answer is
-certified by the exact factor of its tangent.
+certified by the exact factor of its tangent, or by what the solver has in its place.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,78 +17,95 @@ from springopt.effects.compile import announce_compilation
 from springopt.effects.lanes import LANE_COUNT
 from springopt.forward.conjugate_gradients import solve_lanes
 from springopt.forward.engine import ITERATION_LIMIT
-from springopt.forward.layout import Layout, lay_out
-from springopt.forward.matrix import Matrix
 from springopt.forward.newton import CERTIFYING, PIVOT_REPLACEMENT, measure_direction, take_directions
 from springopt.forward.plan import Plan
+from springopt.forward.sensitivity import RIGID, spring_gradients
+from springopt.forward.solver import Solver
 from springopt.forward.sparse_kernels import arrive, depart
 from springopt.forward.state import ACCEPTED, IDLE, JOB, PHASE, Answers, Jobs
 from springopt.forward.workspace import Workspace
 
 Floats = NDArray[np.float64]
 
-# How far conjugate gradients reduce the preconditioned residual of a Newton system.
+# How far conjugate gradients reduce the preconditioned residual of a Newton system, and that of an adjoint one.
 REDUCTION = 1e-3
-# After so many products a load case is better served by a factor of its own.
-PRODUCT_LIMIT = 25
+ADJOINT_REDUCTION = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
 class SparseEngine:
-    """Equilibria of large systems, with one kind of factor."""
+    """Equilibria of large systems, with one solver."""
 
     plan: Plan
-
-    @cached_property
-    def width(self) -> int:
-        """The half-bandwidth of the tangent."""
-        widest = int((np.arange(len(self.plan.first)) - self.plan.first).max(initial=0))
-        return widest * self.plan.dimension + self.plan.dimension - 1
-
-    @property
-    def unknown_count(self) -> int:
-        return len(self.plan.first) * self.plan.dimension
-
-    @cached_property
-    def layout(self) -> Layout:
-        from springopt.forward.band import Band
-
-        stride = Band.stride_of(self.width)
-        return lay_out(self.plan, lambda row, column: column * stride + row)
-
-    def matrix(self, kind: type) -> Matrix:
-        from springopt.forward.band import Band
-
-        return Band.empty(self.unknown_count, self.width, kind)
+    solver: Solver
 
     def find(self, jobs: Jobs, answers: Answers, tolerance: float) -> None:
         """See `Engine`."""
         announce_compilation(arrive)
-        search = Search(self.layout, Workspace.of(self.plan), self.matrix(np.float64), self.matrix(np.float32))
-        for begin, end in _candidates(jobs):
+        search = Search.of(self.plan, self.solver)
+        for begin, end in candidate_ranges(jobs):
             few = jobs._replace(candidate=jobs.candidate[begin:end], case=jobs.case[begin:end])
             search.run(few, Answers(*(answer[begin:end] for answer in answers)), tolerance)
 
+    def gradients(self, stiffness: Floats, displacements: Floats, loads: Floats) -> Floats:
+        """See `Engine`."""
+        search, answers = Search.of(self.plan, self.solver), np.empty((len(loads), len(stiffness)))
+        if not self.solver.is_direct:
+            search.factorize_rest(stiffness)
+        for begin in range(0, len(loads), LANE_COUNT):
+            few = slice(begin, begin + LANE_COUNT)
+            search.work.evaluate(stiffness, displacements[few])
+            adjoints = search.solve_tangents(search.work.gather(loads[few]), len(loads[few]))
+            search.work.spread_out(adjoints, search.work.state.internal)
+            spring_gradients(self.plan, search.work.state, answers[few])
+        return answers
 
-def _candidates(jobs: Jobs) -> Iterator[tuple[int, int]]:
-    """The ranges of the jobs of one candidate each."""
+    def jacobians(self, stiffness: Floats, displacements: Floats) -> Floats:
+        """See `Engine`; one factor a load case, eight coordinates at a time."""
+        search, size = Search.of(self.plan, self.solver), self.plan.nodes.size
+        answers = np.zeros((len(displacements), size, len(stiffness)))
+        free = np.setdiff1d(np.arange(size), self.plan.supported)
+        if not self.solver.is_direct:
+            search.factorize_rest(stiffness)
+        for case, u in enumerate(displacements):
+            search.work.evaluate(stiffness, u[None])
+            if self.solver.is_direct:
+                search.factorize(0, RIGID)
+            for begin in range(0, len(free), LANE_COUNT):
+                rows = free[begin : begin + LANE_COUNT]
+                units = np.zeros((len(rows), size))
+                units[np.arange(len(rows)), rows] = 1.0
+                adjoints = search.solve_equal_tangents(search.work.gather(units))
+                search.work.spread_out(adjoints, search.work.state.internal)
+                few = np.empty((len(rows), len(stiffness)))
+                spring_gradients(self.plan, search.work.state, few)
+                answers[case, rows] = few
+        return answers
+
+
+def candidate_ranges(jobs: Jobs) -> Iterator[tuple[int, int]]:
+    """Where the jobs of each candidate begin and end."""
     edges = np.flatnonzero(np.diff(jobs.candidate, prepend=-1, append=-1))
     yield from zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True)
 
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """The search for all equilibria of one candidate."""
+    """The search for all equilibria of one candidate, and linear systems with its tangents."""
 
-    layout: Layout
     work: Workspace
-    exact: Matrix
-    at_rest: Matrix
+    solver: Solver
+    exact: Any  #: a `Matrix`, for exact factors
+    at_rest: Any  #: a `Matrix`, which preconditions
+
+    @classmethod
+    def of(cls, plan: Plan, solver: Solver) -> "Search":
+        return cls(Workspace.of(plan), solver, *solver.matrices())
 
     def run(self, jobs: Jobs, answers: Answers, tolerance: float) -> None:
         """Answer all jobs, which are those of one candidate."""
         plan, state = self.work.plan, self.work.state
-        self._factorize_rest(jobs.stiffness[jobs.candidate[0]])
+        self.factorize_rest(jobs.stiffness[jobs.candidate[0]])
         waiting = 0
         while True:
             waiting = arrive(plan, jobs, state, self.work.tangents, answers, waiting, tolerance, ITERATION_LIMIT)
@@ -97,16 +114,50 @@ class Search:
             self._find_directions()
             depart(plan, state, answers)
 
-    def _factorize_rest(self, stiffness: Floats) -> None:
+    def factorize_rest(self, stiffness: Floats) -> None:
         """The preconditioner, scaled by a power of two into the range of single precision."""
         work = self.work
         work.evaluate(stiffness, np.zeros((1, work.plan.nodes.size)))
         weight = 2.0 ** -np.round(np.log2(work.state.scale.max(initial=1e-300)))
-        work.fill(self.at_rest, self.layout, 0, weight)
+        work.fill(self.at_rest, self.solver.layout, 0, weight)
         self.at_rest.factorize(PIVOT_REPLACEMENT)
 
+    def factorize(self, lane: int, replacement: float) -> None:
+        """The exact factor of the tangent of one lane."""
+        self.work.fill(self.exact, self.solver.layout, lane)
+        self.exact.factorize(replacement)
+
+    def solve_tangents(self, sides: Floats, count: int) -> Floats:
+        """K x = sides for the first `count` lanes, each with its own tangent, shape (unknowns, 8)."""
+        if not self.solver.is_direct:
+            return self._iterate(sides, np.arange(LANE_COUNT) < count, ADJOINT_REDUCTION)[0]
+        solution = np.zeros_like(sides)
+        for lane in range(count):
+            self.factorize(lane, RIGID)
+            solution[:, lane] = self.exact.solve(sides[:, lane : lane + 1])[:, 0]
+        return solution
+
+    def solve_equal_tangents(self, sides: Floats) -> Floats:
+        """The same for the tangent that was factorized last, which all lanes share."""
+        if self.solver.is_direct:
+            return self.exact.solve(sides)
+        return self._iterate(sides, sides.any(axis=0), ADJOINT_REDUCTION)[0]
+
+    def _iterate(
+        self, sides: Floats, is_wanted: NDArray[np.bool_], reduction: float
+    ) -> tuple[Floats, NDArray[np.bool_]]:
+        return solve_lanes(
+            self.work.multiply,
+            self._precondition,
+            sides,
+            is_wanted,
+            scale=self.work.state.scale,
+            reduction=reduction,
+            limit=self.solver.product_limit,
+        )
+
     def _precondition(self, sides: Floats) -> Floats:
-        _, exponents = np.frexp(np.abs(sides).max(axis=0))
+        _, exponents = np.frexp(np.abs(sides).max(axis=0, initial=0.0))
         return np.ldexp(self.at_rest.solve(np.ldexp(sides, -exponents)), exponents)
 
     def _find_directions(self) -> None:
@@ -119,28 +170,16 @@ class Search:
             self._solve_newton(is_stepping)
         take_directions(state)
         for lane in np.flatnonzero(is_certifying).tolist():
-            self._factorize(lane)
+            self.factorize(lane, PIVOT_REPLACEMENT)
+            state.inertia[:, lane] = self.exact.inertia
             if self.exact.inertia[0] > 0:
                 state.direction[:, lane] = self.exact.negative_direction()
                 measure_direction(state, lane)
 
     def _solve_newton(self, is_stepping: NDArray[np.bool_]) -> None:
         state = self.work.state
-        solution, is_solved = solve_lanes(
-            self.work.multiply,
-            self._precondition,
-            state.residual,
-            is_stepping,
-            scale=state.scale,
-            reduction=REDUCTION,
-            limit=PRODUCT_LIMIT,
-        )
+        solution, is_solved = self._iterate(state.residual, is_stepping, REDUCTION)
         for lane in np.flatnonzero(is_stepping & ~is_solved).tolist():
-            self._factorize(lane)
+            self.factorize(lane, PIVOT_REPLACEMENT)
             solution[:, lane] = self.exact.solve(state.residual[:, lane : lane + 1])[:, 0]
         state.unknowns[:] = solution
-
-    def _factorize(self, lane: int) -> None:
-        self.work.fill(self.exact, self.layout, lane)
-        self.exact.factorize(PIVOT_REPLACEMENT)
-        self.work.state.inertia[:, lane] = self.exact.inertia

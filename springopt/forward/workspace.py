@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from springopt.effects.lanes import LANE_COUNT
 from springopt.forward.layout import Layout
-from springopt.forward.matrix import Matrix
 from springopt.forward.plan import Plan
+from springopt.forward.solver import Matrix
 from springopt.forward.sparse_kernels import Tangents, evaluate_forces, multiply, scatter
 from springopt.forward.state import Lanes, make_lanes
 
@@ -49,6 +49,26 @@ class Workspace:
         """The tangents of the lanes times p (B d, 8), valid until the next product."""
         multiply(self.plan, self.state, self.tangents, self.spread, p, self.product)
         return self.product
+
+    def gather(self, at_nodes: Floats) -> Floats:
+        """Numbers at the nodes of up to eight lanes (c, n d), in the order of the unknowns, shape (B d, 8)."""
+        d, is_free = self.plan.dimension, self.plan.block_of >= 0
+        blocks = np.zeros((len(self.plan.first), d, LANE_COUNT))
+        by_node = at_nodes.T.reshape(len(self.plan.nodes), d, -1)
+        blocks[self.plan.block_of[is_free], :, : len(at_nodes)] = by_node[is_free]
+        unknowns = blocks.reshape(-1, LANE_COUNT)
+        unknowns[self.plan.pinned] = 0.0
+        return unknowns
+
+    def spread_out(self, unknowns: Floats, at_nodes: Floats) -> None:
+        """The way back, into (n d, 8): zero at the supports."""
+        d, is_free = self.plan.dimension, self.plan.block_of >= 0
+        by_node = at_nodes.reshape(len(self.plan.nodes), d, LANE_COUNT)
+        by_node[:] = 0.0
+        blocks = np.zeros((len(self.plan.first), d, LANE_COUNT))
+        blocks[:, :, : unknowns.shape[1]] = unknowns.reshape(len(self.plan.first), d, -1)
+        by_node[is_free] = blocks[self.plan.block_of[is_free]]
+        at_nodes[self.plan.supported] = 0.0
 
     def fill(self, matrix: Matrix, layout: Layout, lane: int, weight: float = 1.0) -> None:
         """The tangent of one lane, times `weight`, into a matrix."""

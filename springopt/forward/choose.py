@@ -1,0 +1,114 @@
+"""Which engine a group of load cases gets, and the sentence why.
+
+Milliseconds of processor time an equilibrium, grids with one side held, moderate loads, stiffness from U(0.5, 10),
+six load cases a candidate (AMD EPYC, one core); "work" is unknowns x half-bandwidth^2, about one band factor:
+
+| grid | unknowns | half-bandwidth | work | lanes | sparse: band | sparse: superlu |
+|---|---|---|---|---|---|---|
+| 10 x 10 | 180 | 21 | 8e4 | 0.07 | 0.98 | 2.0 |
+| 24 x 24 | 1,104 | 49 | 3e6 | 1.8 | 3.2 | 12 |
+| 4 x 4 x 4 | 144 | 50 | 4e5 | 0.09 | 0.46 | 1.3 |
+| 5 x 5 x 5 | 300 | 77 | 2e6 | 0.37 | 0.79 | 4.2 |
+| 6 x 6 x 6 | 540 | 110 | 7e6 | 1.8 | 1.6 | 10 |
+| 7 x 7 x 7 | 882 | 149 | 2e7 | 6.5 | 3.5 | 20 |
+| 8 x 8 x 8 | 1,344 | 194 | 5e7 | 18 | 6.6 | 38 |
+| 10 x 10 x 10 | 2,700 | 302 | 2e8 | 76 | 15 | 96 |
+
+So lanes end at a work of 1e7. A band of N unknowns takes 8 N w bytes and its factor N w^2 operations, nested dissection
+far less beyond a half-bandwidth of 850; beyond 100,000 unknowns in three dimensions its factor takes gigabytes.
+"""
+
+from dataclasses import dataclass
+
+from springopt.errors import UserError, did_you_mean
+from springopt.forward.band import BandSolver, half_bandwidth
+from springopt.forward.engine import Engine
+from springopt.forward.lanes import LanesEngine
+from springopt.forward.linear import LinearEngine
+from springopt.forward.plan import Plan
+from springopt.forward.solver import Solver
+from springopt.forward.sparse import SparseEngine
+
+ENGINES = ("lanes", "sparse", "iterative")
+KINEMATICS = ("nonlinear", "linear")
+
+LANES_WORK = 1e7
+WIDEST_BAND = 850
+DIRECT_UNKNOWNS = 100_000
+
+
+@dataclass(frozen=True)
+class Choice:
+    """An engine and its solver by name, and why."""
+
+    engine: str  #: one of ENGINES, or "linear"
+    solver: str  #: "lanes", "band", "superlu" or "multigrid"
+    unknowns: int
+    half_bandwidth: int
+    why: str  #: one sentence
+
+
+def choose(plan: Plan, kinematics: str = "nonlinear", engine: str | None = None) -> Choice:
+    """The engine for one set of supports; `engine` asks for one by name."""
+    unknowns, width = len(plan.first) * plan.dimension, half_bandwidth(plan)
+    name, why = _by_size(unknowns, width, kinematics)
+    if engine is not None and (engine, kinematics) != ("lanes", "linear"):
+        name, why = engine, f"The {engine} engine was asked for"
+    solver, how = _solver_by_size(name, unknowns, width)
+    engine_name = "linear" if kinematics == "linear" else name
+    return Choice(engine_name, solver, unknowns, width, f"{why}; {how}.")
+
+
+def require_known(kinematics: str, engine: str | None) -> None:
+    """Refuses names that there are not."""
+    for key, name, known in (("kinematics", kinematics, KINEMATICS), ("engine", engine, (*ENGINES, None))):
+        if name not in known:
+            names = ", ".join(str(each) for each in known if each is not None)
+            hint = did_you_mean(str(name), [str(each) for each in known])
+            raise UserError(f"{key} must be one of {names}, not {name!r}.{hint}")
+
+
+def make_engine(choice: Choice, plan: Plan, whole: Plan | None) -> Engine:
+    """The engine that was chosen; `whole` is the plan without supports, for small displacements."""
+    if choice.engine == "lanes":
+        return LanesEngine(plan)
+    solver = _make_solver(choice.solver, plan)
+    return SparseEngine(plan, solver) if whole is None else LinearEngine(plan, whole, solver)
+
+
+def _by_size(unknowns: int, width: int, kinematics: str) -> tuple[str, str]:
+    """The engine's name, and the first half of the sentence."""
+    work = float(unknowns) * width**2
+    size = f"{unknowns:,} unknowns with a half-bandwidth of {width:,}"
+    if width > WIDEST_BAND and unknowns > DIRECT_UNKNOWNS:
+        return "iterative", f"{size} are beyond direct factors (more than {DIRECT_UNKNOWNS:,} unknowns)"
+    if kinematics == "linear":
+        return "sparse", f"Displacements are small: {size} take one factor a candidate, which all load cases share"
+    if work <= LANES_WORK:
+        return "lanes", f"{size} make a factor of {work:.0e} operations, at most {LANES_WORK:.0e}: a small system"
+    return "sparse", f"{size} make a factor of {work:.0e} operations, more than {LANES_WORK:.0e}: a large system"
+
+
+def _solver_by_size(engine: str, unknowns: int, width: int) -> tuple[str, str]:
+    """The solver's name, and the second half of the sentence."""
+    match engine:
+        case "lanes":
+            return "lanes", "eight equilibria at a time go through exact Newton steps"
+        case "iterative":
+            return "multigrid", "multigrid preconditions, and the smallest eigenvalues found speak for a minimum"
+    if width <= WIDEST_BAND:
+        return "band", f"its band is factorized (half-bandwidth at most {WIDEST_BAND})"
+    return "superlu", f"sparse factors in nested dissection order are cheaper than a band wider than {WIDEST_BAND}"
+
+
+def _make_solver(name: str, plan: Plan) -> Solver:
+    match name:
+        case "band":
+            return BandSolver(plan)
+        case "superlu":
+            from springopt.forward.superlu import SuperLUSolver
+
+            return SuperLUSolver(plan)
+    from springopt.forward.multigrid import MultigridSolver
+
+    return MultigridSolver(plan)

@@ -1,0 +1,36 @@
+"""Many small systems: eight equilibria at a time in lanes, whatever candidate and load case they belong to."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from springopt.effects.compile import announce_compilation
+from springopt.forward import sensitivity
+from springopt.forward.engine import ITERATION_LIMIT
+from springopt.forward.newton import find_equilibria
+from springopt.forward.plan import Plan
+from springopt.forward.state import Answers, Jobs, make_lanes
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class LanesEngine:
+    """One kernel call for all jobs."""
+
+    plan: Plan
+
+    def find(self, jobs: Jobs, answers: Answers, tolerance: float) -> None:
+        """See `Engine`."""
+        announce_compilation(find_equilibria)
+        lanes = make_lanes(self.plan, len(self.plan.ends))
+        find_equilibria(self.plan, jobs, lanes, answers, tolerance, ITERATION_LIMIT)
+
+    def gradients(self, stiffness: Floats, displacements: Floats, loads: Floats) -> Floats:
+        """See `Engine`."""
+        return sensitivity.gradients(self.plan, stiffness, displacements, loads)
+
+    def jacobians(self, stiffness: Floats, displacements: Floats) -> Floats:
+        """See `Engine`."""
+        return sensitivity.jacobians(self.plan, stiffness, displacements)

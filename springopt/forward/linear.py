@@ -1,0 +1,159 @@
+"""Small displacements: K u = f with the tangent at rest, one factor for all load cases of a candidate.
+
+The energy is its second-order expansion at rest, prestress and nonlinear effects included: with prestrain the forces at
+rest are on the right-hand side, and the tangent carries their geometric part. A load on a mode that has no stiffness at
+rest has no small answer: a mechanism, whatever larger displacements would do.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from springopt.effects.compile import announce_compilation
+from springopt.effects.lanes import LANE_COUNT
+from springopt.forward.linear_kernels import linear_spring_gradients
+from springopt.forward.newton import EPSILON
+from springopt.forward.plan import Plan
+from springopt.forward.sensitivity import RIGID
+from springopt.forward.solver import Solver
+from springopt.forward.sparse import Search, candidate_ranges
+from springopt.forward.state import ENERGY, Answers, Jobs
+from springopt.forward.status import CONVERGED, ITERATION_LIMIT, MECHANISM, UNDERDETERMINED, UNSTABLE
+from springopt.forward.workspace import Workspace
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class LinearEngine:
+    """Solutions for small displacements, with one solver."""
+
+    plan: Plan
+    whole: Plan  #: the same without any support: its products tell reactions and what moved supports do
+    solver: Solver
+
+    def find(self, jobs: Jobs, answers: Answers, tolerance: float) -> None:
+        """See `Engine`; an answer takes one iteration."""
+        announce_compilation(linear_spring_gradients)
+        system = _System.of(self)
+        for begin, end in candidate_ranges(jobs):
+            system.factorize(jobs.stiffness[jobs.candidate[begin]])
+            for few in _eights(begin, end):
+                forces, prescribed = jobs.forces[jobs.case[few]], jobs.prescribed[jobs.case[few]]
+                system.answer(forces, prescribed, Answers(*(answer[few] for answer in answers)), tolerance)
+
+    def gradients(self, stiffness: Floats, displacements: Floats, loads: Floats) -> Floats:
+        """See `Engine`."""
+        system, answers = _System.of(self), np.empty((len(loads), len(stiffness)))
+        system.factorize(stiffness)
+        for few in _eights(0, len(loads)):
+            answers[few] = system.gradients(displacements[few], loads[few])
+        return answers
+
+    def jacobians(self, stiffness: Floats, displacements: Floats) -> Floats:
+        """See `Engine`."""
+        system, size = _System.of(self), self.plan.nodes.size
+        answers = np.zeros((len(displacements), size, len(stiffness)))
+        free = np.setdiff1d(np.arange(size), self.plan.supported)
+        system.factorize(stiffness)
+        for few in _eights(0, len(free)):
+            rows = free[few]
+            units = np.zeros((len(rows), size))
+            units[np.arange(len(rows)), rows] = 1.0
+            adjoints = system.adjoints(units)
+            for case, u in enumerate(displacements):
+                answers[case, rows] = system.against_springs(np.repeat(u[None], len(rows), axis=0), adjoints)
+        return answers
+
+
+def _eights(begin: int, end: int) -> list[slice]:
+    return [slice(first, min(first + LANE_COUNT, end)) for first in range(begin, end, LANE_COUNT)]
+
+
+@dataclass(frozen=True, eq=False)
+class _System:
+    """The linear system of one candidate."""
+
+    search: Search
+    whole: Workspace
+
+    @classmethod
+    def of(cls, engine: LinearEngine) -> "_System":
+        return cls(Search.of(engine.plan, engine.solver), Workspace.of(engine.whole))
+
+    def factorize(self, stiffness: Floats) -> None:
+        """The factor at rest, and the forces there."""
+        rest = np.zeros((1, self.whole.plan.nodes.size))
+        self.whole.evaluate(stiffness, rest)
+        if not self.search.solver.is_direct:
+            self.search.factorize_rest(stiffness)
+        self.search.work.evaluate(stiffness, rest)
+        self.search.factorize(0, RIGID)
+
+    def answer(self, forces: Floats, prescribed: Floats, answers: Answers, tolerance: float) -> None:
+        """Displacements, status, residual and energy for up to eight load cases, forces (c, n d)."""
+        state = self.whole.state
+        at_rest = state.internal[:, 0].copy()  # the forces of prestress
+        u = prescribed.copy()
+        for _ in range(2):  # the second time takes the rounding of the first one out
+            rest = self.search.work.gather(forces - at_rest - self._stiffness_times(u))
+            u += self._at_nodes(self.search.solve_equal_tangents(rest))[: len(u)]
+        pushed = self._stiffness_times(u)
+        out_of_balance = forces - at_rest - pushed
+        answers.displacements[:] = u
+        answers.residuals[:] = np.abs(self.search.work.gather(out_of_balance)).max(axis=0, initial=0.0)[: len(u)]
+        answers.energies[:] = state.scalars[ENERGY, 0] + (u * (at_rest + 0.5 * pushed - forces)).sum(axis=1)
+        answers.iterations[:] = 1
+        scale = np.abs(forces).max(axis=1, initial=0.0)
+        reactions = np.abs(out_of_balance[:, self.search.work.plan.supported])
+        scale = np.maximum(scale, reactions.max(axis=1, initial=0.0))
+        prestress = (state.stiffness[:, 0] * np.abs(self.whole.plan.prestrains)).max(initial=0.0)
+        wanted = tolerance * np.maximum(scale, prestress)
+        answers.codes[:] = self._statuses(answers.residuals <= np.maximum(wanted, self._rounding(u)))
+
+    def _statuses(self, is_balanced: NDArray[np.bool_]) -> NDArray[np.int64]:
+        negative_count, zero_count = self.search.exact.inertia[:2]
+        if negative_count:
+            return np.full(len(is_balanced), UNSTABLE)
+        if zero_count:
+            return np.where(is_balanced, UNDERDETERMINED, MECHANISM)
+        return np.where(is_balanced, CONVERGED, ITERATION_LIMIT)
+
+    def _rounding(self, u: Floats) -> Floats:
+        """The largest residual that rounding of the displacements alone can leave, as in `newton`."""
+        plan = self.whole.plan
+        by_node = np.abs(u).reshape(len(u), len(plan.nodes), -1).sum(axis=2)
+        reach = by_node[:, plan.ends].sum(axis=2) + np.abs(plan.prestrains)
+        forces = self.whole.state.stiffness[:, 0] * reach
+        return 4.0 * EPSILON * np.array(
+            [np.bincount(plan.ends.ravel(), np.repeat(force, 2)).max(initial=0.0) for force in forces]
+        )
+
+    def gradients(self, displacements: Floats, loads: Floats) -> Floats:
+        """As in `Engine`, for up to eight load cases."""
+        return self.against_springs(displacements, self.adjoints(loads))
+
+    def adjoints(self, loads: Floats) -> Floats:
+        """At the nodes, shape (c, n d), zero at the supports."""
+        solution = self.search.solve_equal_tangents(self.search.work.gather(loads))
+        return self._at_nodes(solution)[: len(loads)]
+
+    def against_springs(self, displacements: Floats, adjoints: Floats) -> Floats:
+        """-adjoint . dF/dk of all springs, shape (c, s)."""
+        answers = np.empty((len(adjoints), len(self.whole.plan.ends)))
+        linear_spring_gradients(self.whole.plan, displacements, adjoints, answers)
+        return answers
+
+    def _stiffness_times(self, u: Floats) -> Floats:
+        """K u with the rows and columns of the supports, shape (c, n d)."""
+        work = self.whole
+        product = work.multiply(work.gather(u))
+        at_nodes = np.empty((work.plan.nodes.size, LANE_COUNT))
+        work.spread_out(product, at_nodes)
+        return at_nodes.T[: len(u)]
+
+    def _at_nodes(self, unknowns: Floats) -> Floats:
+        at_nodes = np.empty((self.whole.plan.nodes.size, LANE_COUNT))
+        self.search.work.spread_out(unknowns, at_nodes)
+        return at_nodes.T

@@ -1,0 +1,169 @@
+"""A sparse matrix and its factor by SuperLU: direct solution where a band would be too wide.
+
+The order is our own nested dissection, so the pivots stay on the diagonal and the factor is L D L^T in disguise: its
+pivots tell the inertia. SuperLU can't replace a pivot; a matrix that is not positive definite is shifted instead.
+"""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csc_array
+from scipy.sparse.linalg import SuperLU, splu, spsolve_triangular
+
+from springopt.forward.dissection import dissect
+from springopt.forward.factor import ZERO_PIVOT
+from springopt.forward.layout import Layout, coupled_unknowns, lay_out
+from springopt.forward.plan import Plan
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Pattern:
+    """Which entries a matrix has: the symbolic analysis."""
+
+    order: Integers  #: the unknown eliminated at each place
+    places: Integers  #: its inverse
+    keys: Integers  #: column * size + row of each entry of the lower half, ascending
+
+    @classmethod
+    def of(cls, plan: Plan, *, is_dissected: bool) -> "Pattern":
+        d, size = plan.dimension, len(plan.first) * plan.dimension
+        blocks = plan.block_of[plan.ends]
+        blocks = blocks[(blocks >= 0).all(axis=1)]
+        rows, columns = coupled_unknowns(plan)
+        nodes = np.argsort(np.where(plan.block_of < 0, len(plan.block_of), plan.block_of), kind="stable")
+        coupled = np.unique(np.stack([rows // d, columns // d], axis=1), axis=0)
+        pairs = np.concatenate([blocks, coupled])
+        diagonal = np.arange(len(plan.first))
+        order = dissect(plan.nodes[nodes[: len(plan.first)]], pairs) if is_dissected else diagonal
+        order = (order[:, None] * d + np.arange(d)).ravel()
+        places = np.empty_like(order)
+        places[order] = np.arange(size)
+        pairs = np.concatenate([pairs, np.stack([diagonal, diagonal], axis=1)])
+        a, b = np.divmod(np.arange(d * d), d)
+        keys = _keys(places, (pairs[:, :1] * d + a).ravel(), (pairs[:, 1:] * d + b).ravel())
+        return cls(order, places, np.unique(keys))
+
+    def position(self, rows: Integers, columns: Integers) -> Integers:
+        """Where these entries are in `Sparse.entries`."""
+        return np.searchsorted(self.keys, _keys(self.places, rows, columns))
+
+    @cached_property
+    def whole(self) -> csc_array:
+        """Both halves; the data are one plus the positions in the lower half."""
+        size = len(self.order)
+        columns, rows = np.divmod(self.keys, size)
+        off = rows != columns
+        numbers = np.arange(1, len(self.keys) + 1)
+        both = np.concatenate([numbers, numbers[off]])
+        at = (np.concatenate([rows, columns[off]]), np.concatenate([columns, rows[off]]))
+        matrix = csc_array((both, at), shape=(size, size))
+        matrix.sort_indices()
+        return matrix
+
+    @cached_property
+    def diagonal(self) -> Integers:
+        """Positions of the diagonal, in elimination order."""
+        size = len(self.order)
+        return np.searchsorted(self.keys, np.arange(size) * (size + 1))
+
+
+def _keys(places: Integers, rows: Integers, columns: Integers) -> Integers:
+    here, there = places[rows], places[columns]
+    return np.minimum(here, there) * len(places) + np.maximum(here, there)
+
+
+@dataclass(eq=False)
+class Sparse:
+    """A `Matrix` in compressed columns; changes itself when it is factorized."""
+
+    pattern: Pattern
+    entries: Floats = field(init=False)
+    scale: Floats = field(init=False)
+    inertia: Floats = field(init=False)
+    _factor: Any = field(init=False, default=None)
+    _lower: Any = field(init=False, default=None)
+
+    def __post_init__(self) -> None:
+        self.entries = np.zeros(len(self.pattern.keys))
+        self.scale = np.ones(len(self.pattern.order))
+        self.inertia = np.array([0.0, 0.0, -1.0, 0.0])
+
+    def clear(self) -> None:
+        self.entries[:] = 0.0
+        self._factor = self._lower = None
+
+    def factorize(self, replacement: float) -> None:
+        """See `Matrix`; where a pivot is not positive the matrix is shifted by its scale until all are."""
+        diagonal, scale = self.entries[self.pattern.diagonal], self.scale[self.pattern.order]
+        is_empty = diagonal == 0.0
+        self.entries[self.pattern.diagonal[is_empty]] = scale[is_empty]  # nodes without springs stay at rest
+        self.inertia[:] = 0.0, np.count_nonzero(is_empty), -1.0, -ZERO_PIVOT
+        shift = 0.0
+        while not self._try(shift):
+            shift = max(4.0 * shift, min(replacement, 1.0))
+
+    def solve(self, sides: Floats) -> Floats:
+        solution = np.empty_like(sides)
+        solution[self.pattern.order] = self._factor.solve(np.ascontiguousarray(sides[self.pattern.order]))
+        return solution
+
+    def negative_direction(self) -> Floats:
+        lower, factor = self._lower
+        unit = np.zeros(len(self.pattern.order))
+        unit[factor.perm_c[self.pattern.places[int(self.inertia[2])]]] = 1.0
+        direction = spsolve_triangular(lower.T.tocsr(), unit, lower=False, unit_diagonal=True)[factor.perm_c]
+        return direction[self.pattern.places]
+
+    def _try(self, shift: float) -> bool:
+        """Factorize with this share of the scale added to the diagonal; the inertia is that of the matrix itself."""
+        scale = self.scale[self.pattern.order]
+        data = self.entries[self.pattern.whole.data - 1]
+        whole = csc_array((data, self.pattern.whole.indices, self.pattern.whole.indptr), shape=(len(scale),) * 2)
+        whole.setdiag(whole.diagonal() + shift * scale)
+        try:
+            factor: SuperLU = splu(
+                whole, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+            )
+        except RuntimeError:  # exactly singular
+            self.inertia[1] += shift == 0.0
+            return False
+        is_symmetric = bool((factor.perm_r == factor.perm_c).all())
+        pivots = factor.U.diagonal()[factor.perm_c] / scale
+        if shift == 0.0:
+            self._count(factor, pivots)
+        self._factor = factor
+        return is_symmetric and bool((pivots > ZERO_PIVOT).all())
+
+    def _count(self, factor: Any, pivots: Floats) -> None:
+        lowest = int(pivots.argmin())
+        self.inertia[0] = np.count_nonzero(pivots < -ZERO_PIVOT)
+        self.inertia[1] += np.count_nonzero(np.abs(pivots) <= ZERO_PIVOT)
+        if self.inertia[0]:
+            self.inertia[2], self.inertia[3] = self.pattern.order[lowest], pivots[lowest]
+            self._lower = factor.L, factor
+
+
+@dataclass(frozen=True, eq=False)
+class SuperLUSolver:
+    """Sparse factors in an order of our own; see `solver`."""
+
+    plan: Plan
+    is_direct = True
+    product_limit = 25
+
+    @cached_property
+    def pattern(self) -> Pattern:
+        return Pattern.of(self.plan, is_dissected=True)
+
+    @cached_property
+    def layout(self) -> Layout:
+        return lay_out(self.plan, self.pattern.position)
+
+    def matrices(self) -> tuple[Sparse, Sparse]:
+        return Sparse(self.pattern), Sparse(self.pattern)
