@@ -17,6 +17,7 @@ from springopt.errors import UserError, did_you_mean
 COMMANDS = {
     "solve": "Find the mass-spring model that deforms like a scene's reference.",
     "simulate": "Deform a mass-spring model of given stiffness under a scene's load cases.",
+    "explain": "Say which engine solves a scene's load cases, and why.",
     "show": "Show what a run found, as tables and as a figure.",
     "list": "List the optimizers and scenes that there are.",
 }

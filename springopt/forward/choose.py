@@ -91,11 +91,10 @@ def _by_size(unknowns: int, width: int, kinematics: str) -> tuple[str, str]:
 
 def _solver_by_size(engine: str, unknowns: int, width: int) -> tuple[str, str]:
     """The solver's name, and the second half of the sentence."""
-    match engine:
-        case "lanes":
-            return "lanes", "eight equilibria at a time go through exact Newton steps"
-        case "iterative":
-            return "multigrid", "multigrid preconditions, and the smallest eigenvalues found speak for a minimum"
+    if engine == "lanes":
+        return "lanes", "eight equilibria at a time go through exact Newton steps"
+    if engine == "iterative" and unknowns:
+        return "multigrid", "multigrid preconditions, and the smallest eigenvalues found speak for a minimum"
     if width <= WIDEST_BAND:
         return "band", f"its band is factorized (half-bandwidth at most {WIDEST_BAND})"
     return "superlu", f"sparse factors in nested dissection order are cheaper than a band wider than {WIDEST_BAND}"

@@ -103,9 +103,10 @@ class Eigenpairs:
             )
         lowest = int(np.argmin(values))
         self._lowest = vectors[:, lowest]
+        empty_count = np.count_nonzero(self.entries[self.pattern.diagonal] == 0.0)
         self.inertia[:] = (
             np.count_nonzero(values < -ZERO_EIGENVALUE),
-            np.count_nonzero(np.abs(values) <= ZERO_EIGENVALUE),
+            np.count_nonzero(np.abs(values) <= ZERO_EIGENVALUE) + empty_count,
             -1.0,
             values[lowest],
         )

@@ -180,6 +180,10 @@ class Search:
         state = self.work.state
         solution, is_solved = self._iterate(state.residual, is_stepping, REDUCTION)
         for lane in np.flatnonzero(is_stepping & ~is_solved).tolist():
-            self.factorize(lane, PIVOT_REPLACEMENT)
-            solution[:, lane] = self.exact.solve(state.residual[:, lane : lane + 1])[:, 0]
+            if self.solver.is_direct:
+                self.factorize(lane, PIVOT_REPLACEMENT)
+                solution[:, lane] = self.exact.solve(state.residual[:, lane : lane + 1])[:, 0]
+            elif not solution[:, lane].any():
+                # The first direction curves down: follow it. Else what was solved until one did is a way down.
+                solution[:, lane] = self._precondition(state.residual[:, lane : lane + 1])[:, 0]
         state.unknowns[:] = solution

@@ -54,7 +54,7 @@ class Workspace:
         """Numbers at the nodes of up to eight lanes (c, n d), in the order of the unknowns, shape (B d, 8)."""
         d, is_free = self.plan.dimension, self.plan.block_of >= 0
         blocks = np.zeros((len(self.plan.first), d, LANE_COUNT))
-        by_node = at_nodes.T.reshape(len(self.plan.nodes), d, -1)
+        by_node = at_nodes.T.reshape(len(self.plan.nodes), d, len(at_nodes))
         blocks[self.plan.block_of[is_free], :, : len(at_nodes)] = by_node[is_free]
         unknowns = blocks.reshape(-1, LANE_COUNT)
         unknowns[self.plan.pinned] = 0.0
@@ -66,7 +66,7 @@ class Workspace:
         by_node = at_nodes.reshape(len(self.plan.nodes), d, LANE_COUNT)
         by_node[:] = 0.0
         blocks = np.zeros((len(self.plan.first), d, LANE_COUNT))
-        blocks[:, :, : unknowns.shape[1]] = unknowns.reshape(len(self.plan.first), d, -1)
+        blocks[:, :, : unknowns.shape[1]] = unknowns.reshape(len(self.plan.first), d, unknowns.shape[1])
         by_node[is_free] = blocks[self.plan.block_of[is_free]]
         at_nodes[self.plan.supported] = 0.0
 

@@ -53,6 +53,25 @@ def classes_table(classes: Mapping[str, Mapping[str, float]]) -> Table:
     return table
 
 
+def effects_table(effects: Sequence[Mapping[str, Any]]) -> Table:
+    """One row an effect: what it brings to the forward solve."""
+    table = plain_table("Effects", ["effect"], texts=["what it brings"])
+    for effect in effects:
+        table.add_row(effect["name"], effect["brings"])
+    return table
+
+
+def engines_table(supports: Sequence[Mapping[str, Any]]) -> Table:
+    """One row a set of supports: its engine and solver, and why."""
+    table = plain_table(
+        "Engines", ["engine", "solver"], ["unknowns", "half-bandwidth"], ["load cases with the same supports", "why"]
+    )
+    for row in supports:
+        sizes = f"{row['unknowns']:,}", f"{row['half_bandwidth']:,}"
+        table.add_row(row["engine"], row["solver"], *sizes, ", ".join(row["load_cases"]), row["why"])
+    return table
+
+
 def simulation_table(title: str, answers: Sequence[Mapping[str, Any]]) -> Table:
     """One row a load case: how the forward solve ended, and how far from the reference."""
     table = plain_table(title, ["load case", "role"], ["energy", "residual", "distance", "largest"], ["status"])

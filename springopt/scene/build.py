@@ -33,11 +33,17 @@ class Setup:
 def build(scene: Scene) -> Setup:
     """Lattice, load cases, the reference's positions [length], shape (c, n, d), model, encoding and objective."""
     lattice = scene.lattice.build()
-    model = Model(lattice, effects=[effect.build() for effect in scene.effects])
+    model = build_model(scene, lattice)
     cases = scene.load_cases.build(lattice)
     reference_positions = _deformed(scene, scene.reference.build(model), cases)
     objective = Objective(model, cases, reference_positions, **scene.objective.model_dump())
     return Setup(scene, lattice, model, cases, reference_positions, scene.encoding.build(lattice), objective)
+
+
+def build_model(scene: Scene, lattice: SpringLattice) -> Model:
+    """The model that learns, its stiffness still open."""
+    effects = [effect.build() for effect in scene.effects]
+    return Model(lattice, effects, kinematics=scene.kinematics, engine=scene.engine)
 
 
 def _deformed(scene: Scene, reference: Reference, cases: list[LoadCase]) -> Floats:

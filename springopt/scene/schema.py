@@ -43,6 +43,8 @@ class Scene(Table):
     name: Annotated[str, Field(pattern=r"^[^/\\]+$")]
     title: str
     lattice: LatticeTable
+    kinematics: Literal["nonlinear", "linear"] = "nonlinear"
+    engine: Literal["lanes", "sparse", "iterative"] | None = None
     effects: list[GravityTable] = Field(default_factory=list)
     load_cases: LoadCasesTable
     reference: ReferenceTable
