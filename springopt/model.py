@@ -70,9 +70,7 @@ class Model:
                     f"Load case {case.name!r} has forces of shape {case.forces.shape}, "
                     f"but the lattice has nodes of shape {self.lattice.nodes.shape}."
                 )
-        return group_by_supports(
-            self.lattice, cases, self.effects, kinematics=self.kinematics, engine=self.engine
-        )
+        return group_by_supports(self.lattice, cases, self.effects, kinematics=self.kinematics, engine=self.engine)
 
 
 @dataclass(frozen=True, eq=False)

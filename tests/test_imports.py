@@ -24,10 +24,11 @@ LIBRARIES = {
     "numba": ["effects", "forward"],
     "numpy": [""],
     "platformdirs": ["effects"],
+    "pyamg": ["forward.multigrid"],
     "pydantic": ["scene"],
     "pydantic_core": ["scene"],
     "rich": ["cli", "report"],
-    "scipy": ["reference"],
+    "scipy": ["forward.multigrid", "forward.pattern", "forward.superlu", "reference"],
     "skfem": ["reference.fem"],
 }
 #: What comes with a library that is asked for by name.

@@ -62,9 +62,7 @@ def factorize_band(
                         add_scaled(band, c * stride + i, band, j * stride + i, factor)
             for c in range(group + 4, begin + PANEL, 4):
                 for i in range(begin, end, step):
-                    eliminate(
-                        4, band, c * stride + i, group * stride + i, stride, factors[group - begin :], c - begin
-                    )
+                    eliminate(4, band, c * stride + i, group * stride + i, stride, factors[group - begin :], c - begin)
         for c in range(begin + PANEL, min(size, end), 4):
             for i in range(c // step * step, end, step):
                 eliminate(16, band, c * stride + i, begin * stride + i, stride, factors, c - begin)
@@ -73,7 +71,7 @@ def factorize_band(
 
 @compiled
 def substitute_band(band: Any, size: int, width: int, stride: int, inverse: Any, x: Any, sums: Any) -> None:
-    """Overwrite the right-hand sides x (size, 8), of the band's number type, by the solutions; `sums` (8, 8) scratch."""
+    """Overwrite the right-hand sides x (size, 8), numbers as in the band, by the solutions; `sums` (8, 8) is scratch."""
     for begin in range(0, size, SOLVED):
         for j in range(begin, begin + SOLVED):
             for v in range(8):

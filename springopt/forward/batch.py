@@ -108,7 +108,8 @@ def _find_group(group: Group, stiffness: NDArray[np.float64], tolerance: float, 
     else:
         net = net_forces_on_floating_parts(plan.ends, stiffness, is_supported, group.forces, plan.dimension)
     is_mechanism = net > tolerance * np.abs(group.forces).max(axis=1, initial=0.0)
-    candidates, cases = np.nonzero(~is_mechanism)
+    # Contiguous, or each layout would have the kernels compiled once more.
+    candidates, cases = map(np.ascontiguousarray, np.nonzero(~is_mechanism))
     jobs = Jobs(candidates, cases, stiffness, group.forces, group.prescribed)
     answers = Answers(
         displacements=np.zeros((len(cases), plan.nodes.size)),

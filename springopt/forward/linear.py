@@ -41,7 +41,7 @@ class LinearEngine:
             system.factorize(jobs.stiffness[jobs.candidate[begin]])
             for few in _eights(begin, end):
                 forces, prescribed = jobs.forces[jobs.case[few]], jobs.prescribed[jobs.case[few]]
-                system.answer(forces, prescribed, Answers(*(answer[few] for answer in answers)), tolerance)
+                system.answer(forces, prescribed, answers.part(few), tolerance)
 
     def gradients(self, stiffness: Floats, displacements: Floats, loads: Floats) -> Floats:
         """See `Engine`."""
@@ -126,9 +126,8 @@ class _System:
         by_node = np.abs(u).reshape(len(u), len(plan.nodes), -1).sum(axis=2)
         reach = by_node[:, plan.ends].sum(axis=2) + np.abs(plan.prestrains)
         forces = self.whole.state.stiffness[:, 0] * reach
-        return 4.0 * EPSILON * np.array(
-            [np.bincount(plan.ends.ravel(), np.repeat(force, 2)).max(initial=0.0) for force in forces]
-        )
+        at_node = [np.bincount(plan.ends.ravel(), np.repeat(force, 2)).max(initial=0.0) for force in forces]
+        return 4.0 * EPSILON * np.array(at_node)
 
     def gradients(self, displacements: Floats, loads: Floats) -> Floats:
         """As in `Engine`, for up to eight load cases."""

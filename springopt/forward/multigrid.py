@@ -1,9 +1,9 @@
 """Systems beyond direct solution: multigrid (smoothed aggregation) in place of factors, and what it can certify.
 
 A V-cycle on the tangent at rest preconditions the conjugate gradients. No factor tells the inertia of an answer's
-tangent; its smallest eigenvalues, in relation to the stiffness that meets at each unknown, are sought by LOBPCG instead.
-A negative one is proof of a saddle, and its vector the way down. A positive one is strong evidence of a minimum and no
-proof: a smaller eigenvalue may have hidden from the search.
+tangent; LOBPCG seeks its smallest eigenvalues, in relation to the stiffness that meets at each unknown. A negative one
+is proof of a saddle, and its vector the way down. A positive one is strong evidence of a minimum and no proof: a
+smaller eigenvalue may have hidden from the search.
 """
 
 import warnings
@@ -19,8 +19,8 @@ from scipy.sparse import csr_array, csr_matrix, diags_array
 from scipy.sparse.linalg import LinearOperator, lobpcg
 
 from springopt.forward.layout import Layout, lay_out
+from springopt.forward.pattern import Pattern
 from springopt.forward.plan import Plan
-from springopt.forward.superlu import Pattern
 
 Floats = NDArray[np.float64]
 
@@ -98,11 +98,12 @@ class Eigenpairs:
         preconditioner = LinearOperator((size, size), matvec=self._precondition, matmat=self._precondition)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # what it found is judged below
+            scale = diags_array(self.scale)
             values, vectors = lobpcg(
-                matrix, start, B=diags_array(self.scale), M=preconditioner, largest=False, tol=1e-7, maxiter=SEARCH_LIMIT
+                matrix, start, B=scale, M=preconditioner, largest=False, tol=1e-7, maxiter=SEARCH_LIMIT
             )
         lowest = int(np.argmin(values))
-        self._lowest = vectors[:, lowest]
+        self._lowest = np.asarray(vectors[:, lowest], dtype=np.float64)
         empty_count = np.count_nonzero(self.entries[self.pattern.diagonal] == 0.0)
         self.inertia[:] = (
             np.count_nonzero(values < -ZERO_EIGENVALUE),

@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 
 from springopt.forward.batch import Group
 from springopt.forward.plan import Plan
+from springopt.forward.sensitivity import RIGID
+from springopt.forward.sparse import Search, SparseEngine
 from springopt.forward.status import has_equilibrium
 
 # Singular values of unit-length spring directions; the smallest nonzero ones of a lattice of n nodes are about 1 / n.
@@ -24,9 +26,23 @@ def zero_mode_share(groups: Sequence[Group], stiffness: NDArray[np.float64], cod
     for group in groups:
         failed = np.count_nonzero(~has_equilibrium(codes[group.cases]))
         if failed:
-            free, modes = rest_zero_modes(group.plan, stiffness > 0)
-            total += failed * len(modes) / max(len(free), 1)
+            unknown_count = group.plan.nodes.size - len(group.plan.supported)
+            total += failed * _zero_mode_count(group, stiffness > 0) / max(unknown_count, 1)
     return total / len(codes)
+
+
+def _zero_mode_count(group: Group, exists: NDArray[np.bool_]) -> int:
+    """By eigenvalues where they are cheap, else by the zero pivots of a factor."""
+    plan = group.plan
+    if not isinstance(group.engine, SparseEngine) or not group.engine.solver.is_direct:
+        return len(rest_zero_modes(plan, exists)[1])
+    # All springs at their rest lengths and equally stiff; one that is a point, but wants a length, has no direction.
+    has_direction = (plan.lengths > 0.0) | (plan.natural_lengths == 0.0)
+    at_rest = {"natural_lengths": plan.lengths, "prestrains": np.zeros_like(plan.prestrains)}
+    search = Search.of(plan._replace(kernels=plan.kernels[:0], **at_rest), group.engine.solver)
+    search.work.evaluate((exists & has_direction).astype(np.float64), np.zeros((1, plan.nodes.size)))
+    search.factorize(0, RIGID)
+    return int(search.exact.inertia[:2].sum())
 
 
 def rest_zero_modes(plan: Plan, exists: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:

@@ -45,7 +45,7 @@ class SparseEngine:
         search = Search.of(self.plan, self.solver)
         for begin, end in candidate_ranges(jobs):
             few = jobs._replace(candidate=jobs.candidate[begin:end], case=jobs.case[begin:end])
-            search.run(few, Answers(*(answer[begin:end] for answer in answers)), tolerance)
+            search.run(few, answers.part(slice(begin, end)), tolerance)
 
     def gradients(self, stiffness: Floats, displacements: Floats, loads: Floats) -> Floats:
         """See `Engine`."""
@@ -141,7 +141,7 @@ class Search:
         """The same for the tangent that was factorized last, which all lanes share."""
         if self.solver.is_direct:
             return self.exact.solve(sides)
-        return self._iterate(sides, sides.any(axis=0), ADJOINT_REDUCTION)[0]
+        return self._iterate(sides, (sides != 0.0).any(axis=0), ADJOINT_REDUCTION)[0]
 
     def _iterate(
         self, sides: Floats, is_wanted: NDArray[np.bool_], reduction: float

@@ -78,7 +78,8 @@ def evaluate_forces(plan: Any, state: Any, tangents: Any) -> None:
         for number in range(len(plan.kernels)):
             parameters = plan.kernel_parameters[plan.kernel_begins[number] :]
             body = (plan.nodes, parameters, plan.block_of, plan.coupled_first, plan.coupled_start)
-            call_kernel(plan.kernels[number], d, len(plan.nodes), body + (trial, internal, tangents.coupled, lane))
+            blocks = (trial, internal, tangents.coupled, lane)
+            call_kernel(plan.kernels[number], d, len(plan.nodes), body + blocks)
     sum_up(plan, state)
 
 

@@ -53,6 +53,11 @@ class Answers(NamedTuple):
     energies: NDArray[np.float64]  # (jobs,), strain energy less forces . displacements
     iterations: NDArray[np.int64]  # (jobs,)
 
+    def part(self, few: slice) -> "Answers":
+        """The rows of a few jobs, to be written in place."""
+        u, codes, residuals, energies, iterations = self
+        return Answers(u[few], codes[few], residuals[few], energies[few], iterations[few])
+
 
 class Lanes(NamedTuple):
     """The states under way, in lane blocks of shape (rows, 8)."""
