@@ -71,7 +71,7 @@ def factorize_band(
 
 @compiled
 def substitute_band(band: Any, size: int, width: int, stride: int, inverse: Any, x: Any, sums: Any) -> None:
-    """Overwrite the right-hand sides x (size, 8), numbers as in the band, by the solutions; `sums` (8, 8) is scratch."""
+    """Overwrite the right-hand sides x (size, 8), numbers as in the band, by solutions; `sums` (8, 8) is scratch."""
     for begin in range(0, size, SOLVED):
         for j in range(begin, begin + SOLVED):
             for v in range(8):

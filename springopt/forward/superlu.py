@@ -20,7 +20,7 @@ from springopt.forward.plan import Plan
 
 Floats = NDArray[np.float64]
 
-# The first shift tried, as a share of the scale: a mode that just curves down takes a long step, which the search limits.
+# The first shift, as a share of the scale: a mode that just curves down takes a long step, which the search limits.
 SMALLEST_SHIFT = 1e-5
 
 

@@ -11,7 +11,7 @@ SOLVE = ("solve", "--optimizer", "random-search", "--evaluations", "5")
 @pytest.mark.parametrize(
     ("command", "sentence"),
     [
-        ("slove", "There is no command 'slove'; there are solve, simulate, show, list. Did you mean 'solve'?"),
+        ("slove", "There is no command 'slove'; there are solve, simulate, explain, show, list. Did you mean 'solve'?"),
         ("solve nowhere", "there is no bundled scene 'nowhere'."),
         ("solve paper-fem-3d", "Did you mean 'paper-fem-2d'?"),
         ("solve nowhere.toml", "scene nowhere.toml can't be read"),

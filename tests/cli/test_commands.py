@@ -130,3 +130,24 @@ def test_list_optimizers_names_distributions_and_one_optimizer_s_options(springo
     assert "candidates per call" in springopt("list", "optimizers", "random-search").out
     entry = next(e for e in json.loads(springopt("list", "optimizers", "--json").out) if e["name"] == "random-search")
     assert (entry["distribution"], entry["options"][0]["default"]) == ("springopt", 32)
+
+
+def test_explain_names_engine_effects_and_reasons(springopt) -> None:
+    code, out, err = springopt("explain", "paper-topology-3d")
+    assert (code, err) == (0, "")
+    for text in ("468 springs", "144 unknowns", "lanes", "stretch x, shear x along y", "Effects"):
+        assert text in out
+
+
+def test_explain_as_json_is_one_document(springopt) -> None:
+    code, out, err = springopt("explain", "paper-fem-2d", "--json")
+    explanation = json.loads(out)
+    assert (code, err) == (0, "")
+    assert explanation["supports"][0]["engine"] == "lanes"
+    assert explanation["effects"][0]["name"] == "springs"
+
+
+def test_explain_of_no_scene_is_a_mistake_in_one_sentence(springopt) -> None:
+    code, _, err = springopt("explain", "paper-fem-3d")
+    assert code == 2
+    assert "there is no bundled scene 'paper-fem-3d'" in err

@@ -33,7 +33,7 @@ def _rollers(lattice):
     supports = np.zeros(lattice.nodes.shape, dtype=bool)
     supports[so.side(lattice, "left"), 0] = True
     supports[0] = True
-    supports[: lattice.dimension, -1] = True
+    supports[so.side(lattice, "left") & so.side(lattice, "bottom"), -1] = True
     return load(lattice, supports=supports, force=np.linspace(0.2, 0.05, lattice.dimension))
 
 
