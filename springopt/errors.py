@@ -35,6 +35,18 @@ class BudgetSpent(BaseException):
     """
 
 
+class RecordBroken(BaseException):
+    """The record of a run can't be gone on with: unwinds any optimizer's loop, as `BudgetSpent` does.
+
+    Attributes:
+        error: what the user is told.
+    """
+
+    def __init__(self, error: RunFileError) -> None:
+        super().__init__(str(error))
+        self.error = error
+
+
 def did_you_mean(word: str, candidates: Iterable[str]) -> str:
     """The hint " Did you mean 'x'?" if a candidate is close to the word, else ""."""
     matches = get_close_matches(word, list(candidates), n=1)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from springopt.budget import Budget
-from springopt.errors import BudgetSpent, NoEquilibrium, PluginError
+from springopt.errors import BudgetSpent, NoEquilibrium, PluginError, RecordBroken
 from springopt.interrupt import Interrupted, held_interrupts
 from springopt.journal import Journal, run_path
 from springopt.meter import Meter
@@ -69,6 +69,8 @@ def _minimize(optimizer: Optimizer, problem: Problem, rng: np.random.Generator) 
         spent = meter.room() < 1
     except BudgetSpent:
         spent = True
+    except RecordBroken as broken:
+        raise broken.error from None
     except Interrupted:
         if meter.best_point is None:
             raise KeyboardInterrupt from None

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Self
 
-from springopt.errors import RunFileError
+from springopt.errors import RecordBroken, RunFileError
 from springopt.recorder import Answer
 from springopt.run import Order
 
@@ -73,13 +73,15 @@ class Journal:
 
     def recorded(self, kind: str, questions: Sequence[bytes]) -> list[Answer]:
         """See `springopt.recorder.Recorder`."""
-        with _in_one_sentence(self.path):
+        with _unwinding(), _in_one_sentence(self.path):
             answers = [Answer(*row) for row in self._past.fetchmany(len(questions))]
         for answer, question in zip(answers, questions, strict=False):
             if (answer.kind, answer.question) != (kind, question):
-                raise RunFileError(
-                    f"optimizer {self.order.optimizer} asked something else than in the recorded run: it has changed, "
-                    "or it depends on more than its seed and the answers; start a new run."
+                raise RecordBroken(
+                    RunFileError(
+                        f"optimizer {self.order.optimizer} asked something else than in the recorded run: it has "
+                        "changed, or it depends on more than its seed and the answers; start a new run."
+                    )
                 )
         return answers
 
@@ -87,7 +89,8 @@ class Journal:
         """See `springopt.recorder.Recorder`."""
         self._pending += answers
         if time.perf_counter() - self._committed > COMMIT_SECONDS:
-            self._commit()
+            with _unwinding():
+                self._commit()
 
     def answers(self) -> Iterator[Answer]:
         """All answers from the start of the run."""
@@ -182,6 +185,15 @@ def _require_journal(path: Path) -> None:
         raise RunFileError(
             f"{path} has journal format {made}, and this springopt knows up to {FORMAT}; use a newer springopt."
         )
+
+
+@contextmanager
+def _unwinding() -> Iterator[None]:
+    """Lets an error pass an optimizer that swallows exceptions."""
+    try:
+        yield
+    except RunFileError as error:
+        raise RecordBroken(error) from None
 
 
 @contextmanager

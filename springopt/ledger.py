@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from springopt.budget import Budget
 from springopt.checks import Floats
-from springopt.errors import NoEquilibrium, RunFileError, SpringoptError
+from springopt.errors import NoEquilibrium, RecordBroken, RunFileError, SpringoptError
 from springopt.meter import Meter
 from springopt.recorder import LARGEST_PAYLOAD, NO_EQUILIBRIUM, NO_QUESTION, Answer, NullRecorder, Recorder, digest
 
@@ -156,9 +156,11 @@ def _recall(answer: Answer, point: Floats, solve: SolveNumbers) -> Floats:
         return np.frombuffer(answer.payload).copy()
     numbers = np.array(solve(point)[1], order="C")
     if digest(numbers) != answer.checksum:
-        raise RunFileError(
-            f"a {answer.kind} computed again differs from the recorded one, and exactness is promised for the same "
-            "build and processor type only; start a new run."
+        raise RecordBroken(
+            RunFileError(
+                f"a {answer.kind} computed again differs from the recorded one, and exactness is promised for the same "
+                "build and processor type only; start a new run."
+            )
         )
     return numbers
 

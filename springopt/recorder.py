@@ -39,11 +39,11 @@ class Recorder(Protocol):
     def recorded(self, kind: str, questions: Sequence[bytes]) -> list[Answer]:
         """The next answers on record, as many as there are of those asked; empty once the record has ended.
 
-        Raises RunFileError where a question is not the recorded one.
+        Raises RecordBroken where a question is not the recorded one.
         """
 
     def record(self, answers: Sequence[Answer]) -> None:
-        """Adds answers to the end of the record."""
+        """Adds answers to the end of the record. Raises RecordBroken where it can't be written."""
 
 
 class NullRecorder:

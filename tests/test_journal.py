@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from springopt.budget import Budget
-from springopt.errors import RunFileError
+from springopt.errors import RecordBroken, RunFileError
 from springopt.journal import FORMAT, Journal, holds_run, journal_path, run_path
 from springopt.problem import Problem
 from springopt.recorder import NO_QUESTION, Answer
@@ -50,7 +50,7 @@ def test_a_batch_gets_as_many_answers_as_there_are(path):
 
 @pytest.mark.parametrize(("kind", "question"), [("value", bytes(16)), ("gradient", ANSWERS[0].question)])
 def test_another_question_than_the_recorded_one_is_told_in_one_sentence(path, kind, question):
-    refused = pytest.raises(RunFileError, match="optimizer sampler asked something else than in the recorded run")
+    refused = pytest.raises(RecordBroken, match="optimizer sampler asked something else than in the recorded run")
     with Journal.create(path, ORDER, ANSWERS) as journal, refused:
         journal.recorded(kind, [question])
 

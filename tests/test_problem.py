@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from springopt.budget import Budget
-from springopt.errors import BudgetSpent, NoEquilibrium, RunFileError, SpringoptError, UserError
+from springopt.errors import BudgetSpent, NoEquilibrium, RecordBroken, SpringoptError, UserError
 from springopt.ledger import CHUNK
 from springopt.problem import Problem
 from springopt.testing import Bowl, Box, Tape
@@ -248,7 +248,7 @@ class TestReplay:
         again = make_problem(Tape(tape.answers), bowl=bowl, box=box).jacobian(np.zeros(size))
         np.testing.assert_equal(again, (residuals, jacobian))
         elsewhere = dataclasses.replace(bowl, center=np.full(size, 1.0 + 1e-15))
-        with pytest.raises(RunFileError, match="a jacobian computed again differs from the recorded one"):
+        with pytest.raises(RecordBroken, match="a jacobian computed again differs from the recorded one"):
             make_problem(Tape(tape.answers), bowl=elsewhere, box=box).jacobian(np.zeros(size))
 
     def test_a_lost_equilibrium_is_on_record_with_its_message_and_its_cost(self):

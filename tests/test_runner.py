@@ -1,16 +1,18 @@
 """Runs from start to end on a small scene of its own, and taken up again where they were cut short."""
 
+import contextlib
 import dataclasses
 import json
 import os
 import signal
+import sqlite3
 import subprocess
 import sys
 
 import numpy as np
 import pytest
 
-from springopt import runner
+from springopt import journal, runner
 from springopt.errors import NoEquilibrium, PluginError, RunFileError, UserError
 from springopt.journal import Journal, journal_path
 from springopt.optimizer import Optimizer
@@ -252,6 +254,30 @@ class TestRefusals:
         with Journal.open(journal_path(out)) as journal:
             assert len(list(journal.answers())) == 10
 
+    def test_a_journal_that_can_not_be_written_ends_the_run_whatever_the_optimizer_swallows(
+        self, scene, out, monkeypatch
+    ):
+        def full(path):
+            connection = connect(path)
+            connection.set_authorizer(
+                lambda action, table, *_: (
+                    sqlite3.SQLITE_DENY if (action, table) == (sqlite3.SQLITE_INSERT, "answers") else sqlite3.SQLITE_OK
+                )
+            )
+            return connection
+
+        def minimize(self, problem, rng):
+            while problem.budget_left:
+                with contextlib.suppress(Exception):
+                    problem.evaluate(problem.sample(rng, 1))
+
+        connect = journal._connect
+        monkeypatch.setattr(journal, "_connect", full)
+        monkeypatch.setattr(journal, "COMMIT_SECONDS", 0.0)
+        monkeypatch.setattr(RandomSearch, "minimize", minimize)
+        with pytest.raises(RunFileError, match=r"run.h5.journal (is damaged|can't be written)"):
+            solve(scene, "random-search", out=out)
+
 
 class TestInterrupted:
     def test_ctrl_c_leaves_a_run_file_that_is_complete_up_to_the_last_answer(self, scene, out, eager_progress):
@@ -354,9 +380,12 @@ class TestResume:
                 resume(cut_short)
             journal_path(cut_short).unlink(missing_ok=True)
 
-    def test_an_optimizer_that_is_not_deterministic_is_found_out(self, cut_short, monkeypatch):
+    @pytest.mark.parametrize("swallowed", [(), (Exception,)])
+    def test_an_optimizer_that_is_not_deterministic_is_found_out(self, cut_short, monkeypatch, swallowed):
         def minimize(self, problem, rng):
-            problem.evaluate(problem.sample(np.random.default_rng(), 16))
+            while problem.budget_left:
+                with contextlib.suppress(*swallowed):
+                    problem.evaluate(problem.sample(np.random.default_rng(), 16))
 
         monkeypatch.setattr(RandomSearch, "minimize", minimize)
         with pytest.raises(RunFileError, match="random-search asked something else than in the recorded run"):
