@@ -121,8 +121,13 @@ class Problem:
         return self._encoding.sample(rng, count)
 
     def note(self, **numbers: float) -> None:
-        """Keeps numbers that the optimizer wants plotted over the evaluations: a mutation rate, a temperature."""
+        """Keeps numbers that the optimizer wants plotted over the evaluations: a mutation rate, a temperature.
+
+        Raises UserError for a name that is no word.
+        """
         for name, number in numbers.items():
+            if not name.isidentifier():
+                raise UserError(f"a note's name is a word as slope or step_size, not {name!r}; give another.")
             self.notes.setdefault(name, []).append((self.meter.evaluations, float(number)))
 
     def evaluate(self, points: ArrayLike) -> Floats:

@@ -145,12 +145,13 @@ def _read_lattice(group: h5py.Group) -> SpringLattice:
 
 
 def _write_cases(group: h5py.Group, cases: Sequence[LoadCase]) -> None:
-    for name in ("name", "role", "supports", "forces", "prescribed"):
+    group["name"] = json.dumps([case.name for case in cases])  # HDF5's own text may have no NUL in it
+    for name in ("role", "supports", "forces", "prescribed"):
         group[name] = [getattr(case, name) for case in cases]
 
 
 def _read_cases(group: h5py.Group) -> list[LoadCase]:
-    names, roles = group["name"].asstr()[()], group["role"].asstr()[()]
+    names, roles = json.loads(group["name"].asstr()[()]), group["role"].asstr()[()]
     arrays = zip(group["supports"][()], group["forces"][()], group["prescribed"][()], strict=True)
     return [LoadCase(name, *rest, role=role) for name, role, rest in zip(names, roles, arrays, strict=True)]
 

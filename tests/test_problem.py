@@ -175,6 +175,13 @@ class TestBest:
         assert make_problem().best_point is None
         assert make_problem().best_value == math.inf
 
+    @pytest.mark.parametrize("name", ["", "step/size", ".", "a\0b"])
+    def test_a_note_needs_a_word_for_a_name(self, name):
+        problem = make_problem()
+        with pytest.raises(UserError, match="a note's name is a word"):
+            problem.note(**{name: 1.0})
+        assert problem.notes == {}
+
     def test_notes_are_kept_beside_the_evaluations(self):
         problem = make_problem()
         problem.note(rate=1.0, temperature=5)

@@ -21,7 +21,7 @@ ANSWERS = [
 ]
 LATTICE = SpringLattice.grid((2, 2))
 CASES = [
-    LoadCase("pull “x”", supports=np.array([1, 0, 1, 0], dtype=bool), forces=np.ones((4, 2))),
+    LoadCase("pull “x”\0", supports=np.array([1, 0, 1, 0], dtype=bool), forces=np.ones((4, 2))),
     LoadCase(
         "press", supports=np.ones(4, dtype=bool), forces=np.zeros((4, 2)), prescribed=np.ones((4, 2)), role="test"
     ),
