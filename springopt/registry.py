@@ -7,6 +7,8 @@ from importlib.metadata import EntryPoint, entry_points
 
 from springopt.errors import PluginError, did_you_mean
 from springopt.optimizer import Optimizer
+from springopt.option_types import describe_type
+from springopt.options import options_of
 
 GROUP = "springopt.optimizers"
 
@@ -53,7 +55,20 @@ def _load(entry: EntryPoint) -> type[Optimizer]:
             f"{entry.value} of {_distribution(entry)} is no Optimizer with the name {entry.name!r}, "
             "as its entry point says; mend or uninstall that distribution."
         )
+    _require_options(entry, optimizer)
     return optimizer
+
+
+def _require_options(entry: EntryPoint, optimizer: type[Optimizer]) -> None:
+    """Refuses an optimizer whose options can't be told."""
+    try:
+        for option in options_of(optimizer):
+            describe_type(option.type)
+    except Exception as error:  # annotations and default factories are a stranger's code too
+        raise PluginError(
+            f"optimizer {entry.name} of {_distribution(entry)} states an illegal option "
+            f"({type(error).__name__}: {error}); mend or uninstall that distribution."
+        ) from error
 
 
 def _distribution(entry: EntryPoint) -> str:

@@ -1,9 +1,11 @@
+import dataclasses
 from importlib.metadata import EntryPoint
 
 import pytest
 
 from springopt import registry
 from springopt.errors import PluginError
+from springopt.optimizer import Optimizer
 from springopt.random_search import RandomSearch
 from springopt.registry import load_optimizer, optimizers
 
@@ -52,6 +54,21 @@ def test_a_broken_plugin_is_left_out_with_a_warning_that_names_its_distribution(
         assert optimizers() == {"random-search": RandomSearch}
     with pytest.raises(PluginError, match="of springopt-strange"):
         load_optimizer("strange")
+
+
+@pytest.mark.parametrize(
+    ("annotation", "value", "why"),
+    [("int", dataclasses.MISSING, "has no default"), ("list", (), "can't have the type"), ("Gone", 1, "'Gone'")],
+)
+def test_a_plugin_with_an_illegal_option_is_left_out_likewise(install, monkeypatch, annotation, value, why):
+    body = {"name": "strange", "__annotations__": {"size": annotation}, "__module__": "springopt.random_search"}
+    if value is not dataclasses.MISSING:
+        body["size"] = value
+    strange = dataclasses.dataclass(frozen=True)(type("Strange", (Optimizer,), body))
+    monkeypatch.setattr("springopt.random_search.Strange", strange, raising=False)
+    install(RANDOM, entry("strange", "springopt.random_search:Strange"))
+    with pytest.warns(RuntimeWarning, match=rf"strange of springopt-strange states an illegal option .*{why}"):
+        assert optimizers() == {"random-search": RandomSearch}
 
 
 def test_a_broken_plugin_is_in_nobodys_way(install):
