@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from springopt_paper_ga import CROSSOVERS, LIMITS, SELECTIONS, SURVIVALS, PaperGA
+from springopt_paper_ga import CROSSOVERS, LIMITS, MUTATIONS, SELECTIONS, SURVIVALS, PaperGA, Population
 
 import springopt as so
 from springopt.budget import Budget
@@ -75,6 +75,130 @@ def test_the_deviation_is_at_most_the_size_of_the_interval():
 def test_the_elite_is_kept_and_not_evaluated_again():
     calm = PaperGA(a=0, b=0, pcross=0, elite=9, population=10)  # nine parents and one copy of some parent live on
     assert minimized(calm, evaluations=1000).best_value == minimized(calm, evaluations=10).best_value
+
+
+DRAWS = 20_000
+ATOL = 0.015  # four deviations of a share of one half in so many draws
+
+
+def shares(patterns: np.ndarray, count: int) -> np.ndarray:
+    """How often each of `count` numbers came."""
+    return np.bincount(patterns.ravel(), minlength=count) / patterns.size
+
+
+def genes_as_number(masks: np.ndarray) -> np.ndarray:
+    """The first gene is the highest bit, so that 0b011 are the second and the third of three."""
+    return masks @ (1 << np.arange(masks.shape[1])[::-1])
+
+
+@pytest.mark.parametrize(
+    ("selection", "contestants", "values", "expected"),
+    [
+        ("tournament", 1, [0, 1, 3, 4], np.full(4, 1 / 4)),
+        ("tournament", 2, [0, 1, 3, 4], np.array([7, 5, 3, 1]) / 16),
+        ("tournament", 3, [0, 1, 3, 4], np.array([37, 19, 7, 1]) / 64),
+        ("rank", 2, [0, 1, 3, 4], np.array([4, 3, 2, 1]) / 10),
+        ("roulette", 2, [0, 1, 3, 4], np.array([4, 3, 1, 0]) / 8),
+        ("roulette", 2, [1, 1, 1, 1], np.full(4, 1 / 4)),
+    ],
+)
+def test_a_selection_prefers_the_better_by_its_shares_and_both_parents_alike(selection, contestants, values, expected):
+    rng = np.random.default_rng(0)
+    selected = (SELECTIONS[selection](np.array(values, float), contestants, rng) for _ in range(DRAWS // 4))
+    first, second = np.concatenate(list(selected), axis=1)
+    pairs = shares(4 * first + second, 16).reshape(4, 4)
+    np.testing.assert_allclose(pairs, np.outer(expected, expected), atol=ATOL)
+
+
+@pytest.mark.parametrize(
+    ("crossover", "size", "expected"),
+    [
+        ("uniform", 3, dict.fromkeys(range(8), 1 / 8)),
+        ("one-point", 4, dict.fromkeys([0b0111, 0b0011, 0b0001], 1 / 3)),
+        ("two-point", 3, {0: 1 / 4} | dict.fromkeys([0b100, 0b010, 0b001, 0b110, 0b011, 0b111], 1 / 8)),
+    ],
+)
+def test_a_crossover_takes_each_of_its_patterns_from_the_second_parent_alike(crossover, size, expected):
+    masks = CROSSOVERS[crossover]((DRAWS, size), np.random.default_rng(0))
+    wanted = [expected.get(pattern, 0.0) for pattern in range(2**size)]
+    np.testing.assert_allclose(shares(genes_as_number(masks), 2**size), wanted, atol=ATOL)
+
+
+def test_a_child_has_a_second_parent_with_probability_pcross():
+    parents = Population(np.repeat(np.arange(DRAWS)[:, None], 2, axis=1), np.arange(DRAWS))
+    children = PaperGA(pcross=0.7, crossover="one-point").cross(parents, np.random.default_rng(0))
+    assert np.mean(children[:, 0] != children[:, 1]) == pytest.approx(0.7, abs=ATOL)
+
+
+@pytest.mark.parametrize(
+    ("mutation", "expected"),
+    [
+        ("every-gene", [0, 0, 0, 1]),
+        ("gene", [0.7 * 0.7, 0.7 * 0.3, 0.3 * 0.7, 0.3 * 0.3]),
+        ("individual", [0.7, 0.3 / 2, 0.3 / 2, 0]),
+    ],
+)
+def test_a_mutation_meets_genes_with_probability_pmut(mutation, expected):
+    masks = MUTATIONS[mutation](0.3, (DRAWS, 2), np.random.default_rng(0))
+    np.testing.assert_allclose(shares(genes_as_number(masks), 4), expected, atol=ATOL)
+
+
+def limited(limit: str, sigma: float) -> tuple[np.ndarray, np.ndarray]:
+    """Steps of that deviation from 2.5 in [2, 3], and where they would have led without limits."""
+    points = np.full((DRAWS, 1), 2.5)
+    moved = LIMITS[limit](points, np.array([sigma]), np.array([2.0]), np.array([3.0]), np.random.default_rng(0))
+    return moved, points + sigma * np.random.default_rng(0).standard_normal(points.shape)
+
+
+@pytest.mark.parametrize("limit", LIMITS)
+def test_a_step_within_the_box_is_taken_as_it_is_and_the_others_end_in_the_box(limit):
+    moved, free = limited(limit, 0.5)
+    inside = (free >= 2) & (free <= 3)
+    np.testing.assert_allclose(moved[inside], free[inside])
+    assert 0.6 < inside.mean() < 0.8
+    assert ((moved >= 2) & (moved <= 3)).all()
+
+
+def test_clipped_steps_stop_at_the_end_that_they_crossed():
+    moved, free = limited("clip", 0.5)
+    assert (moved[free < 2] == 2).all()
+    assert (moved[free > 3] == 3).all()
+
+
+def test_reflected_steps_turn_back_at_each_end():
+    moved, free = limited("reflect", 2.0)
+    while ((free < 2) | (free > 3)).any():
+        free = np.where(free < 2, 2 * 2 - free, np.where(free > 3, 2 * 3 - free, free))
+    np.testing.assert_allclose(moved, free)
+
+
+def test_redrawn_steps_are_spread_as_those_that_stayed_inside():
+    moved, free = limited("redraw", 0.5)
+    inside = (free >= 2) & (free <= 3)
+    tenths = np.linspace(0, 1, 11)
+    np.testing.assert_allclose(np.quantile(moved[~inside], tenths), np.quantile(free[inside], tenths), atol=0.03)
+
+
+def test_steps_too_large_to_be_redrawn_are_clipped():
+    assert set(np.unique(limited("redraw", 1e9)[0])) == {2.0, 3.0}
+
+
+@pytest.mark.parametrize(
+    ("survival", "elite", "survivors"),
+    [
+        ("generational", 0, ["best child", "second child", "worst child"]),
+        ("generational", 1, ["best child", "best parent", "second child"]),
+        ("generational", 2, ["best child", "best parent", "second parent"]),
+        ("compete", 0, ["best child", "best parent", "second child"]),
+    ],
+)
+def test_survivors_are_the_best_that_may_survive_and_among_equals_children(survival, elite, survivors):
+    names = ["best parent", "second parent", "worst parent", "worst child", "best child", "second child"]
+    points, values = np.arange(6.0)[:, None], np.array([1.0, 2.0, 3.0, 4.0, -1.0, 2.0])
+    after = SURVIVALS[survival](Population(points[:3], values[:3]), Population(points[3:], values[3:]), elite)
+    numbers = after.points[:, 0].astype(int)
+    assert [names[number] for number in numbers] == survivors
+    assert after.values.tolist() == values[numbers].tolist()
 
 
 @pytest.mark.parametrize(
