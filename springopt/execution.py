@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from springopt.budget import Budget
-from springopt.errors import BudgetSpent, NoEquilibrium, PluginError, RecordBroken
+from springopt.errors import BudgetSpent, NoEquilibrium, PluginError, RecordBroken, SpringoptError
 from springopt.interrupt import Interrupted, held_interrupts
 from springopt.journal import Journal, run_path
 from springopt.meter import Meter
@@ -40,7 +40,8 @@ def execute(
         require_supplies(optimizer, problem.supplies)
         _compile(setup, optimizer)
         problem.meter.clock.set(0.0, 0.0)
-        why = _minimize(optimizer, problem, np.random.default_rng(order.seed))
+        with _blamed_on(optimizer, journal):
+            why = _minimize(optimizer, problem, np.random.default_rng(order.seed))
         if progress:
             _tell(progress, problem.meter)
         path = run_path(journal.path) if journal else None
@@ -78,6 +79,23 @@ def _minimize(optimizer: Optimizer, problem: Problem, rng: np.random.Generator) 
     if meter.target_reached:
         return "target"
     return "budget" if spent else "optimizer finished"
+
+
+@contextlib.contextmanager
+def _blamed_on(optimizer: Optimizer, journal: Journal | None) -> Iterator[None]:
+    """Tells an optimizer's own fault from springopt's, and where its answers are."""
+    try:
+        yield
+    except MemoryError:
+        raise
+    except Exception as error:
+        if isinstance(error, SpringoptError) and not isinstance(error, NoEquilibrium):
+            raise
+        advice = f", then go on from {journal.path}, which has its answers so far" if journal else ""
+        raise PluginError(
+            f"optimizer {optimizer.name} ({type(optimizer).__module__}) failed ({type(error).__name__}: {error}); "
+            f"mend it{advice}, or choose another. SPRINGOPT_TRACEBACK=1 shows where."
+        ) from error
 
 
 def _watcher(progress: Progress | None, pressed: Callable[[], bool]) -> Callable[[Meter], None]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import sys
+from contextlib import redirect_stdout
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -27,7 +29,8 @@ def command(kind: str, name: str | None, as_json: bool) -> None:
 def _optimizers(name: str | None, as_json: bool) -> None:
     from springopt.registry import load_optimizer, optimizers
 
-    classes = {name: load_optimizer(name)} if name is not None else optimizers()
+    with redirect_stdout(sys.stderr):  # a stranger's module may print while it is imported
+        classes = {name: load_optimizer(name)} if name is not None else optimizers()
     entries = [_optimizer(name, optimizer) for name, optimizer in classes.items()]
     if as_json:
         click.echo(json.dumps(entries if name is None else entries[0]))

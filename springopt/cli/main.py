@@ -70,11 +70,17 @@ def run(arguments: Sequence[str]) -> int:
         error.show()
         return error.exit_code
     except UserError as error:
+        if os.environ.get("SPRINGOPT_TRACEBACK") and error.__cause__:
+            raise
         _say(f"Error: {error}")
         return 2
     except (KeyboardInterrupt, click.Abort):
         _say("Interrupted.")
         return 130
+    except MemoryError as error:
+        detail = f" ({error})" if str(error) else ""
+        _say(f"Error: there is not enough memory for this{detail}; choose a smaller scene or batch.")
+        return 2
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the reader left: nothing to flush at exit
         return 1

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -68,14 +69,14 @@ def _solve(
     options = _options(settings)
     loaded = load_scene(scene)
     path = out if out is not None else _default_out(f"{loaded.name}-{optimizer}-seed{seed}.h5")
-    with _progress_bar() as progress:
+    with redirect_stdout(sys.stderr), _progress_bar() as progress:  # standard output is ours: optimizers may print
         return solve(loaded, optimizer, seed=seed, options=options, out=path, progress=progress, **limits)  # type: ignore[arg-type]
 
 
 def _resume(path: str) -> Run:
     from springopt.runner import resume
 
-    with _progress_bar() as progress:
+    with redirect_stdout(sys.stderr), _progress_bar() as progress:
         return resume(require_no_folder(path), progress=progress)
 
 

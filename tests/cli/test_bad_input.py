@@ -5,6 +5,8 @@ from pathlib import Path
 import h5py
 import pytest
 
+from springopt.errors import PluginError
+
 SOLVE = ("solve", "--optimizer", "random-search", "--evaluations", "5")
 
 
@@ -124,3 +126,29 @@ def test_our_own_fault_is_said_in_a_sentence_with_exit_code_1(springopt, monkeyp
     code, out, err = springopt(*SOLVE)
     assert (code, out) == (1, "")
     assert "springopt failed (ZeroDivisionError: division by zero), and that is its own fault" in err
+
+
+def test_a_plugins_own_fault_names_the_plugin_and_what_to_do(springopt, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(self, problem, rng):
+        problem.evaluate(problem.sample(rng, 3))
+        raise ZeroDivisionError("division by zero")
+
+    monkeypatch.setattr("springopt.random_search.RandomSearch.minimize", broken)
+    code, out, err = springopt(*SOLVE, "--out", "a.h5")
+    assert (code, out) == (2, "")
+    assert "optimizer random-search (springopt.random_search) failed (ZeroDivisionError: division by zero)" in err
+    assert "a.h5.journal" in err
+    assert Path("a.h5.journal").exists()
+    monkeypatch.setenv("SPRINGOPT_TRACEBACK", "1")
+    with pytest.raises(PluginError):
+        springopt(*SOLVE, "--out", "b.h5")
+
+
+def test_too_little_memory_is_said_in_a_sentence(springopt, monkeypatch: pytest.MonkeyPatch) -> None:
+    def greedy(self, problem, rng):
+        raise MemoryError("Unable to allocate 7 PiB")
+
+    monkeypatch.setattr("springopt.random_search.RandomSearch.minimize", greedy)
+    code, out, err = springopt(*SOLVE)
+    assert (code, out) == (2, "")
+    assert "not enough memory for this (Unable to allocate 7 PiB)" in err

@@ -32,6 +32,17 @@ def test_solve_as_json_is_one_document_with_what_machines_need(springopt) -> Non
     assert run["objective"] == pytest.approx(sum(training))
 
 
+def test_what_an_optimizer_prints_is_kept_out_of_the_document(springopt, monkeypatch: pytest.MonkeyPatch) -> None:
+    def chatty(self, problem, rng):
+        print("here I am")
+        problem.evaluate(problem.sample(rng, 3))
+
+    monkeypatch.setattr("springopt.random_search.RandomSearch.minimize", chatty)
+    code, out, err = springopt(*SOLVE, "--json")
+    assert (code, err) == (0, "here I am\n")
+    assert json.loads(out)["evaluations"] == 3
+
+
 def test_the_same_seed_gives_the_same_answer_and_another_seed_another(springopt) -> None:
     answers = [
         json.loads(springopt(*SOLVE, "--seed", seed, "--out", f"{i}.h5", "--json").out)["objective"]
