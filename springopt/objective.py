@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from springopt.checks import Floats, floats, require_finite, require_nonnegative, require_positive, require_shape
 from springopt.errors import NoEquilibrium, UserError, did_you_mean
 from springopt.forward.batch import Equilibria, Group, find
-from springopt.forward.rest_modes import zero_mode_share
+from springopt.forward.rest_modes import zero_mode_shares
 from springopt.forward.status import STATUSES, Status, has_equilibrium
 from springopt.load_case import LoadCase
 from springopt.misfit import MISFITS, Misfit
@@ -89,8 +89,10 @@ class Objective:
         misfits = self._misfit.value(self._differences(equilibria), self.smallest_rest_length)
         # No matrix product: BLAS rounds by the shape of the batch, and a value depends on its candidate alone.
         values = np.minimum((misfits * self._training_weights).sum(axis=-1), self._cap)
-        for m in np.flatnonzero(~has_equilibrium(equilibria.codes).all(axis=1)):
-            values[m] = self._cap * (1.0 + zero_mode_share(self._groups, candidates[m], equilibria.codes[m]))
+        failed = np.flatnonzero(~has_equilibrium(equilibria.codes).all(axis=1))
+        if len(failed):
+            shares = zero_mode_shares(self._groups, candidates[failed], equilibria.codes[failed])
+            values[failed] = self._cap * (1.0 + shares)
         return Evaluation(values, equilibria.codes.max(axis=1), equilibria.codes.size)
 
     def gradient(self, stiffness: ArrayLike) -> tuple[float, Floats]:
