@@ -21,7 +21,6 @@ from springopt.budget import Budget
 from springopt.encoding import Binary, Real
 from springopt.journal import Journal
 from springopt.lattice import SpringLattice
-from springopt.origin import this_origin
 from springopt.problem import Encoding, Problem
 from springopt.run import Order
 from springopt.testing import Bowl
@@ -47,7 +46,7 @@ def overhead(encoding: Encoding, folder: Path) -> float:
     bare = processor_milliseconds(lambda: bowl.evaluate(stiffness)) + processor_milliseconds(
         lambda: encoding.sample(rng, CANDIDATES)
     )
-    order = Order(scene="{}", optimizer="none", options={}, seed=0, budget={}, origin=this_origin())
+    order = Order(scene="{}", optimizer="none", options={}, seed=0, budget={}, origin={})
     with Journal.create(folder / "overhead.journal", order) as journal:
         problem = Problem(bowl, encoding, Budget(evaluations=GENERATIONS * CANDIDATES), journal)
         whole = processor_milliseconds(lambda: problem.evaluate(problem.sample(rng, CANDIDATES)))

@@ -2,26 +2,41 @@
 
 from __future__ import annotations
 
+import hashlib
 import platform
 import re
 from collections.abc import Mapping
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from springopt.errors import RunFileError
+from springopt.optimizer import Optimizer
+from springopt.registry import distribution_of
 
 _LIBRARIES = ("springopt", "numpy", "scipy", "numba")
+_BESIDE_THE_ANSWERS = ("cli", "report", "testing")
 
 
-def this_origin() -> dict[str, str]:
-    """Versions of whatever takes part in the arithmetic, and the type of processor."""
-    python = ".".join(platform.python_version_tuple()[:2])
-    return {"python": python, **{name: _version(name) for name in _LIBRARIES}, "processor": _processor()}
+def this_origin(optimizer: type[Optimizer]) -> dict[str, str]:
+    """Versions of whatever takes part in the arithmetic, and the type of processor.
+
+    Of springopt the sources count too, for one that is worked on. Of an optimizer they do not, so that a run which it
+    broke goes on once it is mended: the questions on record tell whether it still does the same.
+    """
+    distribution = distribution_of(optimizer)
+    return {
+        "python": ".".join(platform.python_version_tuple()[:2]),
+        **{name: _version(name) for name in _LIBRARIES},
+        "springopt's sources": _sources(),
+        "the optimizer of": f"{distribution.name} {distribution.version}" if distribution else "no distribution",
+        "processor": _processor(),
+    }
 
 
-def require_this_origin(origin: Mapping[str, str], what: str) -> None:
+def require_this_origin(origin: Mapping[str, str], what: str, optimizer: type[Optimizer]) -> None:
     """Refuses to go on with what was made by another build or on another type of processor."""
-    here = this_origin()
+    here = this_origin(optimizer)
     for name in here:
         if origin.get(name) != here[name]:
             raise RunFileError(
@@ -35,6 +50,17 @@ def _version(distribution: str) -> str:
         return version(distribution)
     except PackageNotFoundError:
         return "unknown"
+
+
+@cache
+def _sources() -> str:
+    """A digest of all sources that an answer could depend on."""
+    digest, package = hashlib.blake2b(digest_size=8), Path(__file__).parent
+    for path in sorted(package.rglob("*.py")):
+        place = path.relative_to(package)
+        if place.parts[0] not in _BESIDE_THE_ANSWERS:
+            digest.update(place.as_posix().encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()
 
 
 def _processor() -> str:

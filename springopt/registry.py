@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import Distribution, EntryPoint, entry_points
 
 from springopt.errors import PluginError, did_you_mean
 from springopt.optimizer import Optimizer
@@ -34,6 +34,13 @@ def load_optimizer(name: str) -> type[Optimizer]:
         installed = ", ".join(entries) or "none"
         raise PluginError(f"there is no optimizer {name!r}; installed: {installed}.{did_you_mean(name, entries)}")
     return _load(entries[name])
+
+
+def distribution_of(optimizer: type[Optimizer]) -> Distribution | None:
+    """The distribution that brings an optimizer; None if it is not installed as a plugin."""
+    value = f"{optimizer.__module__}:{optimizer.__qualname__}"
+    entries = (entry for entry in entry_points(group=GROUP) if (entry.name, entry.value) == (optimizer.name, value))
+    return next((entry.dist for entry in entries if entry.dist), None)
 
 
 def _entries() -> dict[str, EntryPoint]:

@@ -67,7 +67,7 @@ def solve(
         options=asdict(optimizer),
         seed=_require_seed(seed),
         budget=asdict(Budget(**limits)),
-        origin=this_origin(),
+        origin=this_origin(type(optimizer)),
     )
     if out is None:
         return execute(order, scene.build(), optimizer, progress=progress)
@@ -94,9 +94,10 @@ def resume(path: str | os.PathLike[str], *, progress: Progress | None = None) ->
         _write_journal(out, contents.order)
     with Journal.open(journal_path(out)) as journal:
         order = journal.order
-        require_this_origin(order.origin, str(out))
+        kind = load_optimizer(order.optimizer)
+        require_this_origin(order.origin, str(out), kind)
         require_same_run(out, order)
-        optimizer = make_optimizer(load_optimizer(order.optimizer), order.options)
+        optimizer = make_optimizer(kind, order.options)
         return execute(order, Scene.from_json(order.scene).build(), optimizer, journal, progress)
 
 
@@ -121,6 +122,6 @@ def _require_new(out: Path) -> None:
 
 def _write_journal(out: Path, order: Order) -> None:
     """The journal of an interrupted run again, from the answers in its run file."""
-    require_this_origin(order.origin, str(out))
+    require_this_origin(order.origin, str(out), load_optimizer(order.optimizer))
     journal_path(out).unlink(missing_ok=True)
     Journal.create(journal_path(out), order, read_answers(out)).close()

@@ -46,10 +46,12 @@ def _optimizers(name: str | None, as_json: bool) -> None:
 
 def _optimizer(name: str, optimizer: type[Optimizer]) -> dict[str, Any]:
     from springopt.options import options_of
+    from springopt.registry import distribution_of
 
+    distribution = distribution_of(optimizer)
     return {
         "name": name,
-        "distribution": _distribution(name, optimizer),
+        "distribution": distribution.name if distribution else "unknown",
         "summary": (optimizer.__doc__ or "").strip().partition("\n")[0],
         "needs": sorted(optimizer.needs),
         "options": [
@@ -62,16 +64,6 @@ def _optimizer(name: str, optimizer: type[Optimizer]) -> dict[str, Any]:
             for option in options_of(optimizer)
         ],
     }
-
-
-def _distribution(name: str, optimizer: type[Optimizer]) -> str:
-    from importlib.metadata import entry_points
-
-    from springopt.registry import GROUP
-
-    value = f"{optimizer.__module__}:{optimizer.__qualname__}"
-    entries = [entry for entry in entry_points(group=GROUP, name=name) if entry.dist is not None]
-    return next((entry.dist.name for entry in entries if entry.dist and entry.value == value), "unknown")
 
 
 def _scenes(name: str | None, as_json: bool) -> None:
