@@ -20,24 +20,31 @@ class Body:
     lines: Integers  #: pairs of nodes, shape (l, 2)
     faces: Integers  #: nodes of each visible face, shape (f, v); none without cells
     seen: Booleans  #: which nodes no face hides, shape (n,)
+    springs: Booleans  #: which springs are drawn: all of a flat body, those along its lines in 3D, shape (s,)
 
 
 def visible(lattice: SpringLattice) -> Body:
     """Cells in 2D, the facets that face the viewer in 3D, the springs where there are no cells."""
-    everything = np.ones(lattice.node_count, dtype=bool)
+    all_nodes, all_springs = (np.ones(count, dtype=bool) for count in (lattice.node_count, lattice.spring_count))
     if lattice.cells is None or lattice.cell_type is None:
-        return Body(lattice.springs, np.empty((0, 3), dtype=int), everything)
+        return Body(lattice.springs, np.empty((0, 3), dtype=int), all_nodes, all_springs)
     if lattice.dimension == 2:
-        return Body(edges(lattice.cells, lattice.cell_type), lattice.cells, everything)
+        return Body(edges(lattice.cells, lattice.cell_type), lattice.cells, all_nodes, all_springs)
     faces = boundary_facets(lattice.cells, lattice.cell_type)
     faces = faces[_face_viewer(lattice.nodes, faces, _owners(lattice.cells, lattice.cell_type, faces))]
     lines = edges(faces, "triangle" if faces.shape[1] == 3 else "quad")
-    return Body(lines, faces, np.isin(np.arange(lattice.node_count), faces))
+    seen = np.isin(np.arange(lattice.node_count), faces)
+    return Body(lines, faces, seen, _among(lattice.springs, lines, lattice.node_count))
 
 
 def project(positions: Floats) -> Floats:
     """Positions, shape (..., n, d), on paper, shape (..., n, 2), by parallel projection."""
     return positions if positions.shape[-1] == 2 else positions @ _paper_axes().T
+
+
+def _among(springs: Integers, lines: Integers, node_count: int) -> Booleans:
+    """Which springs join the nodes of a line, shape (s,)."""
+    return np.isin(np.sort(springs, axis=1) @ [node_count, 1], np.sort(lines, axis=1) @ [node_count, 1])
 
 
 def _viewer() -> Floats:

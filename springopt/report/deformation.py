@@ -39,13 +39,13 @@ def draw_deformation(axes: Axes, lattice: SpringLattice, present: Booleans, defo
     """Fill the axes, which lose their frame; `present` says which springs the model has, shape (s,)."""
     rest, reference, model = (project(p) for p in (lattice.nodes, deformation.reference, deformation.model))
     body = visible(lattice)
-    springs = lattice.springs[present] if lattice.dimension == 2 else body.lines
+    springs = lattice.springs[present & body.springs]
+    joined = body.seen & np.isin(np.arange(lattice.node_count), lattice.springs[present])
     axes.add_collection(LineCollection(list(rest[body.lines]), colors=style.REST, linewidths=0.6, zorder=1))
     axes.add_collection(PolyCollection(list(reference[body.faces]), facecolor=style.REFERENCE, alpha=0.13, zorder=2))
     axes.add_collection(LineCollection(list(reference[body.lines]), colors=style.REFERENCE, **style.CASING, zorder=3))
     axes.add_collection(LineCollection(list(model[springs]), colors=style.MODEL, linewidths=0.6, zorder=4))
-    seen = np.unique(springs)
-    axes.plot(*model[seen].T, "o", color=style.MODEL, markersize=1.8, markeredgewidth=0, zorder=5)
+    axes.plot(*model[joined].T, "o", color=style.MODEL, markersize=1.8, markeredgewidth=0, zorder=5)
     for nodes, alpha in ((body.seen, 1.0), (~body.seen, 0.2)):
         _draw_supports(axes, rest, deformation.case, nodes, alpha)
         _draw_forces(axes, reference, deformation.case, lattice, nodes, alpha)

@@ -60,7 +60,7 @@ def draw(learned: Learned) -> Figure:
         for axes in left:
             draw_convergence(axes, learned.history, learned.evaluations)
         draw_stiffness(right, learned.stiffness, _classes(learned.lattice))
-        figure.legend(handles=_legend(), loc="outside lower center", ncols=5, handlelength=1.6, title=CAPTION)
+        figure.legend(handles=_legend(), loc="outside lower center", ncols=6, title=CAPTION, **style.LEGEND)
     return figure
 
 
@@ -102,5 +102,6 @@ def _legend() -> list[Line2D]:
         Line2D([], [], color=style.MODEL, linewidth=0.7, marker="o", markersize=2, label="mass-spring model"),
         Line2D([], [], color=style.REST, linewidth=0.8, label="rest shape"),
         dots("held", "s", markersize=3),
+        dots("moved", "s", markersize=3, markerfacecolor="white", markeredgewidth=0.6),
         dots("force", r"$\rightarrow$", markersize=9),
     ]

@@ -28,6 +28,8 @@ ARROW: dict[str, Any] = {
     "headlength": 3.6,
     "headaxislength": 3.4,
 }
+#: Narrow enough for all marks in one row of the smallest page.
+LEGEND: dict[str, Any] = {"handlelength": 1.6, "handletextpad": 0.5, "columnspacing": 1.0}
 
 SETTINGS: Any = {
     "font.size": 8,

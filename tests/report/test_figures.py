@@ -5,9 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.collections import LineCollection
+from matplotlib.colors import to_hex
 
 from springopt.lattice import SpringLattice, side
 from springopt.load_case import LoadCase
+from springopt.report import style
+from springopt.report.body import project, visible
 from springopt.report.deformation import deformations
 from springopt.report.figures import Learned, draw, save
 
@@ -47,6 +51,36 @@ def test_a_page_without_history_shows_no_convergence() -> None:
     figure = draw(learned(FLAT, ["train"], []))
     assert [axes.get_title(loc="left") for axes in figure.axes][-1] == "Stiffness"
     assert not any(axes.get_title(loc="left") == "Convergence" for axes in figure.axes)
+
+
+def drawn_model(page: Learned) -> np.ndarray:
+    """The lines of the model in the first panel, shape (drawn springs, 2, 2)."""
+    collections = [each for each in draw(page).axes[0].collections if isinstance(each, LineCollection)]
+    (model,) = [each for each in collections if to_hex(each.get_color()[0]) == style.MODEL.lower()]
+    return np.array(model.get_segments())
+
+
+def test_the_figure_draws_the_present_springs_where_the_model_has_them() -> None:
+    page = learned(FLAT, ["train"], [])
+    (deformation,) = page.deformations
+    np.testing.assert_array_equal(drawn_model(page), deformation.model[FLAT.springs[page.stiffness > 0]])
+
+
+def test_a_block_shows_the_present_springs_along_its_visible_edges() -> None:
+    page = learned(BLOCK, ["train"], [])
+    page.stiffness[:100] = 0.0
+    edges = {frozenset(line) for line in visible(BLOCK).lines.tolist()}
+    shown = [pair for pair, k in zip(BLOCK.springs.tolist(), page.stiffness, strict=True) if k and set(pair) in edges]
+    assert 0 < len(shown) < len(edges)
+    np.testing.assert_array_equal(drawn_model(page), project(page.deformations[0].model)[shown])
+
+
+def test_the_legend_explains_every_mark_on_the_page() -> None:
+    figure = draw(learned(FLAT, ["train"], []))
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert labels == ["reference", "mass-spring model", "rest shape", "held", "moved", "force"]
+    figure.canvas.draw()
+    assert figure.legends[0].get_texts()[-1].get_window_extent().x1 < figure.bbox.width
 
 
 @pytest.mark.parametrize("history", [[(1, 0.5), (9, 0.0)], [(3, 0.0)]])
