@@ -7,7 +7,7 @@ import numpy as np
 
 from springopt.checks import Floats
 
-# A distance below this share of the body's size counts as zero in a gradient: there the mean distance has a kink.
+# A distance below this share of the smallest rest length counts as zero in a gradient, where the mean has a kink.
 AT_KINK = 1e-14
 
 

@@ -32,7 +32,7 @@ class Model:
     engine: str | None = None
 
     def __post_init__(self) -> None:
-        effects = tuple(self.effects or ())
+        effects = (self.effects,) if isinstance(self.effects, Effect) else tuple(self.effects or ())
         for effect in effects:
             if not isinstance(effect, Effect):
                 raise UserError(
@@ -49,19 +49,18 @@ class Model:
         A load case that has no equilibrium says so in its status and never raises.
         """
         candidate = require_shape("stiffness", floats("stiffness", stiffness), (self.lattice.spring_count,))
-        batch = self.solve_many(candidate[None], cases, tolerance)
-        return Solution(batch, candidate, self.groups(cases))
+        groups = self.groups(cases)
+        return Solution(self._solve(groups, candidate[None], cases, tolerance), candidate, groups)
 
     def solve_many(self, stiffness: ArrayLike, cases: Sequence[LoadCase], tolerance: float = TOLERANCE) -> "Batch":
         """The equilibria of many candidates, stiffness (m, s); each depends on its own row alone."""
         candidates = require_shape("stiffness", floats("stiffness", stiffness), ("m", self.lattice.spring_count))
-        require_nonnegative("stiffness", candidates)
-        require_positive("tolerance", tolerance)
-        groups = self.groups(cases)
-        return Batch(find(groups, candidates, tolerance=tolerance), self.lattice, cases, self.effects)
+        return self._solve(self.groups(cases), candidates, cases, tolerance)
 
     def groups(self, cases: Sequence[LoadCase]) -> tuple[Group, ...]:
         """The load cases as the forward solve takes them, grouped by their supports."""
+        if isinstance(cases, LoadCase):
+            raise UserError("The load cases must come in a list, also a single one; write [case].")
         if not cases:
             raise UserError("At least one load case is needed to solve a model; none came.")
         for case in cases:
@@ -71,6 +70,13 @@ class Model:
                     f"but the lattice has nodes of shape {self.lattice.nodes.shape}."
                 )
         return group_by_supports(self.lattice, cases, self.effects, kinematics=self.kinematics, engine=self.engine)
+
+    def _solve(
+        self, groups: Sequence[Group], candidates: Floats, cases: Sequence[LoadCase], tolerance: float
+    ) -> "Batch":
+        require_nonnegative("stiffness", candidates)
+        require_positive("tolerance", float(floats("tolerance", tolerance)))
+        return Batch(find(groups, candidates, tolerance=tolerance), self.lattice, cases, self.effects)
 
 
 @dataclass(frozen=True, eq=False)

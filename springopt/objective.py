@@ -131,7 +131,7 @@ class Objective:
         """The error of one candidate in each load case, training and test, in every definition."""
         solution = self.solution(stiffness)
         smallest = self.smallest_rest_length
-        differences = solution.positions - self.reference_positions
+        differences = solution.displacements - (self.reference_positions - self.model.lattice.nodes)
         return [
             CaseError(
                 name=case.name,
@@ -144,13 +144,6 @@ class Objective:
             )
             for case, difference, status in zip(self.cases, differences, solution.status, strict=True)
         ]
-
-    def totals(self, stiffness: ArrayLike) -> dict[str, float]:
-        """The weighted sum over the training load cases in every definition."""
-        _, equilibria = self._equilibrium(stiffness)
-        differences = self._differences(equilibria)[0]
-        smallest = self.smallest_rest_length
-        return {name: float(m.value(differences, smallest) @ self._training_weights) for name, m in MISFITS.items()}
 
     @cached_property
     def smallest_rest_length(self) -> float:

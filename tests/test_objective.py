@@ -58,12 +58,16 @@ def test_a_reference_is_found_again_at_zero_cost_with_a_zero_gradient():
 
 def test_the_definitions_agree_with_each_other():
     goal = objective()
-    totals = goal.totals(STIFFNESS)
     errors = goal.errors(STIFFNESS)
     assert [error.role for error in errors] == ["train", "train", "test"]
-    for name, attribute in (("distance", "distance"), ("least-squares", "least_squares")):
-        assert totals[name] == pytest.approx(sum(getattr(error, attribute) for error in errors[:2]), rel=1e-9)
-    assert totals["relative-distance"] == pytest.approx(totals["distance"] / GRID.rest_lengths.min())
+    for minimize, attribute in (
+        ("distance", "distance"),
+        ("relative-distance", "relative_distance"),
+        ("least-squares", "least_squares"),
+    ):
+        value = objective(minimize).evaluate(STIFFNESS[None]).values[0]
+        assert value == pytest.approx(sum(getattr(error, attribute) for error in errors[:2]), rel=1e-9)
+    assert errors[0].relative_distance == pytest.approx(errors[0].distance / GRID.rest_lengths.min())
     assert all(error.max_distance >= error.distance for error in errors)
 
 
@@ -125,3 +129,8 @@ def test_a_value_has_the_same_bits_in_any_batch():
     alone = [goal.evaluate(candidate[None]).values[0] for candidate in candidates]
     np.testing.assert_array_equal(together, alone)
     assert goal.gradient(candidates[0])[0] == together[0]
+
+
+def test_values_are_cut_down_to_the_cap():
+    goal = objective(cost_cap=0.01)
+    assert goal.evaluate(STIFFNESS[None]).values[0] == 0.01

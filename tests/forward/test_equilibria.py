@@ -258,6 +258,11 @@ def test_no_load_case_and_a_load_case_of_another_lattice_are_refused():
         so.Model(GRID).solve(np.ones(GRID.spring_count), [pull(other, (0.1, 0))])
 
 
+def test_a_load_case_outside_a_list_is_refused():
+    with pytest.raises(so.UserError, match="must come in a list"):
+        so.Model(GRID).solve(np.ones(GRID.spring_count), pull(GRID, (0.1, 0)))
+
+
 def test_an_acceleration_that_does_not_fit_the_lattice_is_refused():
     with pytest.raises(so.UserError, match="acceleration must have the shape"):
         so.Model(GRID, [so.Gravity((0, 0, -9.81))])
