@@ -24,6 +24,11 @@ def optimizers() -> dict[str, type[Optimizer]]:
     return found
 
 
+def installed() -> list[str]:
+    """The names of all installed optimizers, none of which is imported."""
+    return list(_entries())
+
+
 def load_optimizer(name: str) -> type[Optimizer]:
     """The optimizer of this name; no other plugin is imported.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Mapping
 from dataclasses import asdict
 from numbers import Integral
@@ -10,13 +11,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from springopt.budget import Budget
-from springopt.errors import RunFileError, UserError
+from springopt.errors import RunFileError, UserError, did_you_mean
 from springopt.execution import Progress, execute
 from springopt.journal import Journal, holds_run, journal_path, run_path
 from springopt.optimizer import Optimizer
 from springopt.options import make_optimizer
 from springopt.origin import require_this_origin, this_origin
-from springopt.registry import load_optimizer
+from springopt.registry import installed, load_optimizer
 from springopt.run import Order, Run
 from springopt.store import read, read_answers, require_same_run
 
@@ -74,6 +75,7 @@ def solve(
     _require_new(Path(out))
     setup = scene.build()
     with Journal.create(journal_path(Path(out)), order) as journal:
+        _require_new(Path(out))  # once more: another run may have ended here since
         return execute(order, setup, optimizer, journal, progress)
 
 
@@ -103,10 +105,23 @@ def resume(path: str | os.PathLike[str], *, progress: Progress | None = None) ->
 
 def _ready(optimizer: str | Optimizer, scene: Scene, options: Mapping[str, Any] | None) -> Optimizer:
     if isinstance(optimizer, str):
+        _warn_of_strangers(scene)
         return make_optimizer(load_optimizer(optimizer), {**scene.optimizer_options(optimizer), **(options or {})})
     if options:
         raise UserError("options are for an optimizer given by name; set those of one made ready when it is made.")
     return optimizer
+
+
+def _warn_of_strangers(scene: Scene) -> None:
+    """One line for each table of options whose optimizer is not installed, where its name is likely a slip."""
+    known = installed()
+    for name in scene.optimizers:
+        if name not in known and (hint := did_you_mean(name, known)):
+            warnings.warn(
+                f"the scene sets options of optimizer {name!r}, which is not installed.{hint}",
+                RuntimeWarning,
+                stacklevel=4,
+            )
 
 
 def _require_seed(seed: int) -> int:
@@ -116,6 +131,8 @@ def _require_seed(seed: int) -> int:
 
 
 def _require_new(out: Path) -> None:
+    if out.suffix == ".journal":
+        raise RunFileError(f"{out} is the name of a journal, and journals end so; choose another, as RUN.h5.")
     if out.exists():
         raise RunFileError(f"{out} exists already, and nothing is overwritten; choose another output.")
 

@@ -220,6 +220,25 @@ class TestRefusals:
             solve(scene, "random-search", out=out)
         assert out.read_text() == "mine"
 
+    def test_an_output_with_the_name_of_a_journal(self, scene, out):
+        with pytest.raises(RunFileError, match="is the name of a journal"):
+            solve(scene, "random-search", out=journal_path(out))
+        assert names(out) == []
+
+    def test_an_output_that_appears_while_the_scene_is_built_is_left_as_it_is(self, scene, out, monkeypatch):
+        monkeypatch.setattr(type(scene), "build", lambda self: out.write_text("mine"))
+        with pytest.raises(RunFileError, match="exists already, and nothing is overwritten"):
+            solve(scene, "random-search", out=out)
+        assert names(out) == ["run.h5"]
+
+    def test_options_for_an_optimizer_that_is_not_installed_are_told(self, tmp_path):
+        path = tmp_path / "nine.toml"
+        path.write_text(SCENE.replace("[optimizers.random-search]", "[optimizers.random-serch]"))
+        with pytest.warns(RuntimeWarning, match=r"optimizer 'random-serch', .* Did you mean 'random-search'"):
+            solve(path, "random-search", evaluations=2)
+        path.write_text(SCENE.replace("[optimizers.random-search]", "[optimizers.xyz]"))
+        solve(path, "random-search", evaluations=2)
+
     def test_an_output_that_appears_during_the_run_is_left_as_it_is(self, scene, out):
         with pytest.raises(RunFileError, match="is no run file of springopt"):
             solve(scene, "random-search", out=out, progress=lambda *told: out.write_text("mine"))

@@ -40,8 +40,16 @@ def _optimizers(name: str | None, as_json: bool) -> None:
     if name is None:
         print_table(optimizers_table(entries))
     else:
+        options = entries[0]["options"]
         click.echo(f"{name} ({entries[0]['distribution']}): {entries[0]['summary']}")
-        print_table(options_table(entries[0]["options"]))
+        print_table(options_table([option | {"default": _as_set(option["default"])} for option in options]))
+
+
+def _as_set(default: Any) -> str:
+    """A default as `--set` takes it."""
+    if default is None or isinstance(default, bool):
+        return str(default).lower()
+    return ",".join(map(str, default)) if isinstance(default, tuple) else str(default)
 
 
 def _optimizer(name: str, optimizer: type[Optimizer]) -> dict[str, Any]:

@@ -20,10 +20,11 @@ def require_no_folder(path: str) -> Path:
 
 def read_run(path: str) -> RunFile:
     """What a run file holds; of a run that was killed only the journal is there, and the error says what to do."""
+    from springopt.journal import holds_run, journal_path
     from springopt.store import read
 
     file = require_no_folder(path)
-    if not file.exists() and file.with_name(f"{file.name}.journal").exists():
+    if not file.exists() and holds_run(journal_path(file)):
         raise RunFileError(
             f"{path} is not written yet: its run is going on, or was killed; "
             f"finish it with springopt solve --resume {path}."

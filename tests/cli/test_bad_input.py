@@ -110,7 +110,11 @@ def test_a_folder_is_no_run_file(springopt, command: tuple[str, ...]) -> None:
 
 
 def test_a_run_that_was_killed_is_told_from_one_that_never_was(springopt) -> None:
-    Path("killed.h5.journal").write_text("")
+    Path("killed.h5.journal").touch()
+    code, _, err = springopt("show", "killed.h5")
+    assert code == 2
+    assert "there is no run file killed.h5" in err
+    Path("killed.h5.journal").write_text("answers")
     code, _, err = springopt("show", "killed.h5")
     assert code == 2
     assert "finish it with springopt solve --resume killed.h5" in err

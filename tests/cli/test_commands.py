@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from springopt.cli.list import _as_set
+
 SOLVE = ("solve", "--optimizer", "random-search", "--evaluations", "40")
 
 
@@ -162,3 +164,8 @@ def test_explain_of_no_scene_is_a_mistake_in_one_sentence(springopt) -> None:
     code, _, err = springopt("explain", "paper-fem-3d")
     assert code == 2
     assert "there is no bundled scene 'paper-fem-3d'" in err
+
+
+@pytest.mark.parametrize(("default", "text"), [(None, "none"), (False, "false"), ((1, 2), "1,2"), (0.5, "0.5")])
+def test_a_default_is_listed_as_set_takes_it(default, text) -> None:
+    assert _as_set(default) == text
