@@ -23,7 +23,7 @@ class SpringReference:
         status = solution.status[0]
         if not status.has_equilibrium:
             raise UserError(
-                f"The reference must have an equilibrium in load case {case.name!r}, but it ended as {status!r}; "
+                f"The reference must have an equilibrium in load case {case.name!r}, but it ended as {status}; "
                 "add springs or change the load."
             )
         return solution.positions[0]

@@ -52,7 +52,7 @@ def _deformed(scene: Scene, reference: Reference, cases: list[LoadCase]) -> Floa
         try:
             positions.append(reference.deform(case))
         except UserError as error:
-            faults.append(f"load case {case.name!r}: {error}")
+            faults.append(str(error))
     if faults:
         raise SceneError(f"the reference of scene {scene.name} can't be deformed: {' '.join(faults)}")
     return np.stack(positions)

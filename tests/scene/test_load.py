@@ -243,5 +243,13 @@ def test_a_reference_that_floats_is_refused_with_its_load_case() -> None:
     scene = load_scene("paper-fem-2d")
     data = scene.model_dump(mode="python", exclude_none=True)
     data["load_cases"] = {"train": [{"name": "spin", "hold": 0, "push": {"on": 24, "force": [1.0, 0.0]}}]}
-    with pytest.raises(SceneError, match="'spin' leaves the body free to move in 1 rigid mode"):
+    with pytest.raises(SceneError, match="be deformed: Load case 'spin' leaves the body free to move in 1 rigid mode"):
         check(data, source="floating").build()
+
+
+def test_a_reference_of_springs_without_an_equilibrium_says_how_it_ended(tmp_path: Path) -> None:
+    case = "{ name = 'spin', hold = 0, push = { on = 5, force = [1.0, 0.0] } }"
+    scene = load_scene(write(tmp_path, SMALL + f"kinematics = 'linear'\n[load_cases]\ntrain = [{case}]\n"))
+    sentence = "an equilibrium in load case 'spin', but it ended as mechanism; add springs or change the load."
+    with pytest.raises(SceneError, match=sentence):
+        scene.build()
