@@ -22,6 +22,7 @@ Floats = NDArray[np.float64]
 
 # The first shift, as a share of the scale: a mode that just curves down takes a long step, which the search limits.
 SMALLEST_SHIFT = 1e-5
+REGULAR = 1e-15  # the share of the scale that makes a matrix regular, without hiding its zero pivots
 
 
 @dataclass(eq=False)
@@ -45,14 +46,27 @@ class Sparse:
         self._factor = self._lower = None
 
     def factorize(self, replacement: float) -> None:
-        """See `Matrix`; where a pivot is not positive the matrix is shifted by its scale until all are."""
+        """See `Matrix`; a matrix that is not positive definite is shifted by its scale until it is.
+
+        With a `replacement` of 1 or more, only zero pivots are in the way, and it is their unknowns that are stiffened.
+        """
         diagonal, scale = self.entries[self.pattern.diagonal], self.scale[self.pattern.order]
         is_empty = diagonal == 0.0
         self.entries[self.pattern.diagonal[is_empty]] = scale[is_empty]  # nodes without springs stay at rest
-        self.inertia[:] = 0.0, np.count_nonzero(is_empty), -1.0, -ZERO_PIVOT
+        shift, pivots = 0.0, self._try(0.0)
+        while pivots is None:  # exactly singular: far less than a pivot that counts as zero makes it regular
+            shift = max(10.0 * shift, REGULAR)
+            pivots = self._try(shift)
+        self._count(pivots, int(np.count_nonzero(is_empty)))
+        is_zero = np.abs(pivots) <= ZERO_PIVOT
+        if replacement >= 1.0 and not self.inertia[0] and is_zero.any():
+            self.entries[self.pattern.diagonal[is_zero]] += replacement * scale[is_zero]
+            self._try(0.0)
+            return
         shift = 0.0
-        while not self._try(shift):
+        while pivots is None or not (pivots > ZERO_PIVOT).all():
             shift = max(10.0 * shift, SMALLEST_SHIFT)
+            pivots = self._try(shift)
 
     def solve(self, sides: Floats) -> Floats:
         solution = np.empty_like(sides)
@@ -66,31 +80,28 @@ class Sparse:
         direction = spsolve_triangular(lower.T.tocsr(), unit, lower=False, unit_diagonal=True)[factor.perm_c]
         return direction[self.pattern.places]
 
-    def _try(self, shift: float) -> bool:
-        """Factorize with this share of the scale added to the diagonal; the inertia is that of the matrix itself."""
-        scale = self.scale[self.pattern.order]
-        data = self.entries[self.pattern.whole.data - 1]
-        whole = csc_array((data, self.pattern.whole.indices, self.pattern.whole.indptr), shape=(len(scale),) * 2)
+    def _try(self, shift: float) -> Floats | None:
+        """The pivots over their scale, with this share of the scale on the diagonal; None where it is singular."""
+        scale, pattern = self.scale[self.pattern.order], self.pattern.whole
+        whole = csc_array((self.entries[pattern.data - 1], pattern.indices, pattern.indptr), shape=pattern.shape)
         whole.setdiag(whole.diagonal() + shift * scale)
         try:
             factor: SuperLU = splu(whole, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-        except RuntimeError:  # exactly singular
-            self.inertia[1] += shift == 0.0
-            return False
-        is_symmetric = bool((factor.perm_r == factor.perm_c).all())
-        pivots = factor.U.diagonal()[factor.perm_c] / scale
-        if shift == 0.0:
-            self._count(factor, pivots)
+        except RuntimeError:
+            return None
+        if (factor.perm_r != factor.perm_c).any():  # a pivot of exactly zero was passed over
+            return None
         self._factor = factor
-        return is_symmetric and bool((pivots > ZERO_PIVOT).all())
+        return factor.U.diagonal()[factor.perm_c] / scale
 
-    def _count(self, factor: Any, pivots: Floats) -> None:
-        lowest = int(pivots.argmin())
-        self.inertia[0] = np.count_nonzero(pivots < -ZERO_PIVOT)
-        self.inertia[1] += np.count_nonzero(np.abs(pivots) <= ZERO_PIVOT)
-        if self.inertia[0]:
-            self.inertia[2], self.inertia[3] = self.pattern.order[lowest], pivots[lowest]
-            self._lower = factor.L, factor
+    def _count(self, pivots: Floats, empty_count: int) -> None:
+        """The inertia of the factor that was made last."""
+        lowest, negative_count = int(pivots.argmin()), np.count_nonzero(pivots < -ZERO_PIVOT)
+        self.inertia[:2] = negative_count, np.count_nonzero(np.abs(pivots) <= ZERO_PIVOT) + empty_count
+        self.inertia[2:] = -1.0, -ZERO_PIVOT
+        if negative_count:
+            self.inertia[2:] = self.pattern.order[lowest], pivots[lowest]
+            self._lower = self._factor.L, self._factor
 
 
 @dataclass(frozen=True, eq=False)

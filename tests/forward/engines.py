@@ -6,6 +6,7 @@ import numpy as np
 
 import springopt as so
 from springopt.forward.batch import find
+from springopt.forward.linear import LinearEngine
 from springopt.forward.sparse import SparseEngine
 from springopt.forward.superlu import SuperLUSolver
 
@@ -20,6 +21,16 @@ def equilibria(model, engine, stiffness, cases, tolerance=1e-8):
     if engine == "superlu" and groups[0].choice.unknowns:
         groups = [replace(group, engine=SparseEngine(group.plan, SuperLUSolver(group.plan))) for group in groups]
     return find(groups, np.atleast_2d(stiffness), tolerance=tolerance)
+
+
+def small_displacements(model, solver, stiffness, cases):
+    """The answers for small displacements with one solver, for candidates (m, s)."""
+    asked = "iterative" if solver == "iterative" else "sparse"
+    groups = so.Model(model.lattice, model.effects, kinematics="linear", engine=asked).groups(cases)
+    if solver == "superlu":
+        engines = [LinearEngine(g.plan, g.engine.whole, SuperLUSolver(g.plan)) for g in groups]
+        groups = [replace(group, engine=engine) for group, engine in zip(groups, engines, strict=True)]
+    return find(groups, np.atleast_2d(stiffness), tolerance=1e-8)
 
 
 def load(lattice, hold="left", on="right", force=None, supports=None, prescribed=None, name="load"):
