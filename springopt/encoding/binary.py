@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from springopt.checks import Floats, require_positive
-from springopt.encoding.encoding import Encoding, one_each
+from springopt.encoding.encoding import Encoding, one_each, require_springs
 from springopt.encoding.spring_classes import known_classes
 from springopt.errors import UserError
 from springopt.lattice import SpringLattice
@@ -26,9 +26,9 @@ class Binary(Encoding):
     kind: ClassVar[Literal["real", "binary"]] = "binary"
 
     def __init__(self, lattice: SpringLattice, *, stiffness: ArrayLike = 5.0) -> None:
-        self.stiffness = require_positive("stiffness", one_each("stiffness", stiffness, lattice.spring_count))
-        self.lower = np.zeros(lattice.spring_count)
-        self.upper = np.ones(lattice.spring_count)
+        count = require_springs(self.name, lattice.spring_count)
+        self.stiffness = require_positive("stiffness", one_each("stiffness", stiffness, count))
+        self.lower, self.upper = np.zeros(count), np.ones(count)
         self.classes = known_classes(lattice)
 
     def decode(self, points: ArrayLike) -> Floats:

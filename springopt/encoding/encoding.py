@@ -60,6 +60,13 @@ class Encoding(ABC):
         return array
 
 
+def require_springs(name: str, count: int) -> int:
+    """Refuses to encode the stiffness of no springs."""
+    if count == 0:
+        raise UserError(f"the {name} encoding needs springs, but this lattice has none; give it springs to learn.")
+    return count
+
+
 def box(lower: ArrayLike, upper: ArrayLike, size: int) -> tuple[Floats, Floats]:
     """The corners of a box of stiffness, shape (size,) each, from numbers or arrays; refuses an empty box."""
     low, high = one_each("lower", lower, size), one_each("upper", upper, size)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from springopt.checks import Floats
-from springopt.encoding.encoding import Encoding, box
+from springopt.encoding.encoding import Encoding, box, require_springs
 from springopt.encoding.spring_classes import (
     SpringClasses,
     all_springs,
@@ -32,6 +32,7 @@ class Grouped(Encoding):
     def __init__(self, classes: SpringClasses, *, lower: ArrayLike = 0.0, upper: ArrayLike = 10.0) -> None:
         self.classes = classes
         self.membership = np.array(list(classes.values()), dtype=float)
+        require_springs(self.name, self.membership.size)
         self._require_partition()
         self.lower, self.upper = box(lower, upper, len(classes))
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from springopt.checks import Floats
-from springopt.encoding.encoding import Encoding, box
+from springopt.encoding.encoding import Encoding, box, require_springs
 from springopt.encoding.spring_classes import known_classes
 from springopt.errors import UserError
 from springopt.lattice import SpringLattice
@@ -28,7 +28,7 @@ class Real(Encoding):
     def __init__(
         self, lattice: SpringLattice, *, lower: ArrayLike = 0.0, upper: ArrayLike = 10.0, threshold: float = 0.0
     ) -> None:
-        self.lower, self.upper = box(lower, upper, lattice.spring_count)
+        self.lower, self.upper = box(lower, upper, require_springs(self.name, lattice.spring_count))
         if not 0 <= threshold < self.upper.min():
             raise UserError(
                 f"the threshold of the real encoding lies in [0, {self.upper.min():g}), below every upper bound, "

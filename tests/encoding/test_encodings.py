@@ -120,6 +120,13 @@ def test_a_lattice_without_cells_is_described_by_direction() -> None:
     assert list(Real(bare).describe(np.ones(72))) == ["all springs", "straight", "diagonal"]
 
 
+@pytest.mark.parametrize("name", ENCODINGS)
+def test_a_lattice_without_springs_is_refused(name: str) -> None:
+    bare = SpringLattice(LATTICE.nodes, [], cells=LATTICE.cells, cell_type=LATTICE.cell_type)  # type: ignore[arg-type]
+    with pytest.raises(UserError, match=f"the {name} encoding needs springs, but this lattice has none; give it"):
+        ENCODINGS[name](bare)
+
+
 @pytest.mark.parametrize(
     ("make", "sentence"),
     [
@@ -133,6 +140,7 @@ def test_a_lattice_without_cells_is_described_by_direction() -> None:
         (lambda: Binary(LATTICE, stiffness=0.0), r"stiffness\[0\] is 0, but it must be positive"),
         (lambda: Binary(LATTICE, stiffness=[1.0]), r"must have the shape \(72,\)"),
         (lambda: TwoClass(SpringLattice.grid((3, 3), neighbourhood="von-neumann")), "no diagonal springs"),
+        (lambda: Grouped({}), "the grouped encoding needs springs"),
         (lambda: Grouped({"a": LATTICE.straight}), "every spring in exactly one class"),
     ],
 )

@@ -191,6 +191,7 @@ def test_a_bad_load_case_is_refused_with_its_path(tmp_path: Path, case: str, sen
         ("lattice = { neighbourhood = 'more' }", "but is 'more'. Did you mean 'moore'?"),
         ("lattice = { spacing = 0 }", "lattice: spacing is 0, but it must be positive and finite."),
         ("lattice = { mesh = 'none.msh' }", "does not exist"),
+        ("lattice = { nodes = [[0, 0], [1, 0]], springs = [] }", "encoding: the real encoding needs springs"),
         ("lattice = { mesh = 'a.msh', nodes = [[0, 0]] }", "lattice should have one of grid, mesh and nodes."),
         ("objective = { minimize = 'mean' }", "objective.minimize should be 'distance', 'relative-distance' or"),
         ("budget = { evaluations = 0 }", "budget.evaluations should be greater than 0, but is 0."),
