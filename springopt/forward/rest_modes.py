@@ -22,6 +22,8 @@ from springopt.forward.sparse import Search, SparseEngine
 from springopt.forward.state import make_lanes
 from springopt.forward.status import has_equilibrium
 
+LARGEST_ENVELOPE = 1_000_000  # blocks; in three dimensions eight lanes of them take 0.6 GB
+
 
 def zero_mode_shares(
     groups: Sequence[Group], stiffness: NDArray[np.float64], codes: NDArray[np.int8]
@@ -45,20 +47,20 @@ def zero_mode_shares(
 def zero_mode_counts(group: Group, exists: NDArray[np.bool_]) -> NDArray[np.float64]:
     """Zero modes at rest of lattices with some of the springs, exists (m, s), shape (m,).
 
-    Beyond direct factors nobody can count them, and they are all 0.
+    Where neither a direct solver nor the lanes' memory reaches they stay uncounted, as 0.
     """
     plan = _unstretched(group.plan)
     has_direction = (plan.lengths > 0.0) | (group.plan.natural_lengths == 0.0)
     stiffness = np.where(exists & has_direction, 1.0, 0.0)
     counts = np.zeros(len(exists))
-    if not isinstance(group.engine, SparseEngine):
-        _count_in_lanes(plan, make_lanes(plan, len(plan.ends)), stiffness, counts)
-    elif group.engine.solver.is_direct:
+    if isinstance(group.engine, SparseEngine) and group.engine.solver.is_direct:
         search = Search.of(plan, group.engine.solver)
         for m, candidate in enumerate(stiffness):
             search.work.evaluate(candidate, np.zeros((1, plan.nodes.size)))
             search.factorize(0, RIGID)
             counts[m] = search.exact.inertia[:2].sum()
+    elif plan.block_count <= LARGEST_ENVELOPE:
+        _count_in_lanes(plan, make_lanes(plan, len(plan.ends)), stiffness, counts)
     return counts
 
 
