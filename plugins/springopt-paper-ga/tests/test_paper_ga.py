@@ -143,6 +143,16 @@ def test_a_mutation_meets_genes_with_probability_pmut(mutation, expected):
     np.testing.assert_allclose(shares(genes_as_number(masks), 4), expected, atol=ATOL)
 
 
+@pytest.mark.parametrize(("mutation", "share"), [("every-gene", 1), ("gene", 0.1), ("individual", 0.1 / 2)])
+def test_a_mutation_moves_the_numbers_that_it_meets_by_pmut_of_the_interval(mutation, share):
+    box = Box(np.zeros(2), np.full(2, 100.0))
+    problem = so.Problem(Bowl(np.full(2, 50.0)), box, Budget(evaluations=1))
+    points = np.full((DRAWS, 2), 50.0)
+    steps = PaperGA().mutate(points, 0.1, mutation, problem, np.random.default_rng(0)) - points
+    assert np.mean(steps != 0) == pytest.approx(share, abs=ATOL)
+    assert steps[steps != 0].std() == pytest.approx(0.1 * 100, rel=0.06)  # four deviations of 2000 steps' own
+
+
 def limited(limit: str, sigma: float) -> tuple[np.ndarray, np.ndarray]:
     """Steps of that deviation from 2.5 in [2, 3], and where they would have led without limits."""
     points = np.full((DRAWS, 1), 2.5)
