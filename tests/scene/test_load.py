@@ -64,6 +64,13 @@ def test_a_path_to_extend_is_relative_to_the_scene_that_names_it(tmp_path: Path)
     assert load_scene(path).budget.evaluations == 7
 
 
+def test_a_scene_that_extends_is_named_by_its_own_file_or_by_itself(tmp_path: Path) -> None:
+    write(tmp_path, 'name = "base"\nextends = "paper-fem-2d"\n', "base.toml")
+    assert load_scene(tmp_path / "base.toml").name == "base"
+    assert load_scene(write(tmp_path, 'extends = "base.toml"\n')).name == "mine"
+    assert load_scene(write(tmp_path, 'extends = "base.toml"\nname = "own"\n')).name == "own"
+
+
 def test_a_table_of_another_kind_replaces_the_whole_table() -> None:
     assert merge({"e": {"kind": "real", "threshold": 0.5}}, {"e": {"kind": "homogeneous"}}) == {
         "e": {"kind": "homogeneous"}
