@@ -15,6 +15,7 @@ from springopt.effects.compile import compiled
 from springopt.effects.lanes import LANE_COUNT
 from springopt.forward.batch import Group
 from springopt.forward.factor import factorize
+from springopt.forward.linear import LinearEngine
 from springopt.forward.newton import evaluate
 from springopt.forward.plan import Plan
 from springopt.forward.sensitivity import RIGID
@@ -53,7 +54,7 @@ def zero_mode_counts(group: Group, exists: NDArray[np.bool_]) -> NDArray[np.floa
     has_direction = (plan.lengths > 0.0) | (group.plan.natural_lengths == 0.0)
     stiffness = np.where(exists & has_direction, 1.0, 0.0)
     counts = np.zeros(len(exists))
-    if isinstance(group.engine, SparseEngine) and group.engine.solver.is_direct:
+    if isinstance(group.engine, SparseEngine | LinearEngine) and group.engine.solver.is_direct:
         search = Search.of(plan, group.engine.solver)
         for m, candidate in enumerate(stiffness):
             search.work.evaluate(candidate, np.zeros((1, plan.nodes.size)))
