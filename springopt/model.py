@@ -9,9 +9,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from springopt.checks import Floats, floats, require_nonnegative, require_positive, require_shape
 from springopt.effects.effect import Effect
-from springopt.errors import UserError
+from springopt.errors import UserError, did_you_mean
 from springopt.forward.batch import Equilibria, Group, constant_forces, find, group_by_supports
 from springopt.forward.choose import require_known
+from springopt.forward.followed import BRANCHES, MINIMUM
 from springopt.forward.sensitivity import tangents
 from springopt.forward.status import STATUSES, Status
 from springopt.lattice import SpringLattice
@@ -30,6 +31,8 @@ class Model:
     kinematics: str = "nonlinear"
     #: None leaves the choice to `forward.choose`; "lanes", "sparse" and "iterative" give the same answers.
     engine: str | None = None
+    #: Where there are several equilibria: the "minimum" that is found from rest, or the one "followed" by load steps.
+    branch: str = MINIMUM
 
     def __post_init__(self) -> None:
         effects = (self.effects,) if isinstance(self.effects, Effect) else tuple(self.effects or ())
@@ -40,6 +43,9 @@ class Model:
                 )
         object.__setattr__(self, "effects", effects)
         require_known(self.kinematics, self.engine)
+        if self.branch not in BRANCHES:
+            hint = did_you_mean(self.branch, BRANCHES)
+            raise UserError(f"branch must be one of {', '.join(BRANCHES)}, not {self.branch!r}.{hint}")
         constant_forces(self.lattice, effects)  # refuses options that do not fit the lattice, here and not later
 
     def solve(self, stiffness: ArrayLike, cases: Sequence[LoadCase], tolerance: float = TOLERANCE) -> "Solution":
@@ -56,6 +62,10 @@ class Model:
         """The equilibria of many candidates, stiffness (m, s); each depends on its own row alone."""
         candidates = require_shape("stiffness", floats("stiffness", stiffness), ("m", self.lattice.spring_count))
         return self._solve(self.groups(cases), candidates, cases, tolerance)
+
+    def find(self, groups: Sequence[Group], candidates: Floats, tolerance: float) -> Equilibria:
+        """The equilibria of candidates (m, s) that were checked, on the model's branch."""
+        return find(groups, candidates, tolerance=tolerance, branch=self.branch)
 
     def groups(self, cases: Sequence[LoadCase]) -> tuple[Group, ...]:
         """The load cases as the forward solve takes them, grouped by their supports."""
@@ -76,7 +86,7 @@ class Model:
     ) -> "Batch":
         require_nonnegative("stiffness", candidates)
         require_positive("tolerance", float(floats("tolerance", tolerance)))
-        return Batch(find(groups, candidates, tolerance=tolerance), self.lattice, cases, self.effects)
+        return Batch(self.find(groups, candidates, tolerance), self.lattice, cases, self.effects)
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from springopt.checks import Floats, floats, require_finite, require_nonnegative, require_positive, require_shape
 from springopt.errors import NoEquilibrium, UserError, did_you_mean
-from springopt.forward.batch import Equilibria, Group, find
+from springopt.forward.batch import Equilibria, Group
 from springopt.forward.rest_modes import zero_mode_shares
 from springopt.forward.status import STATUSES, Status, has_equilibrium
 from springopt.load_case import LoadCase
@@ -85,7 +85,7 @@ class Objective:
         modes at rest among its unknowns, averaged over the load cases: a spring that stiffens it makes it cheaper.
         """
         candidates = self._candidates(stiffness)
-        equilibria = find(self._groups, candidates, tolerance=self.tolerance)
+        equilibria = self.model.find(self._groups, candidates, self.tolerance)
         misfits = self._misfit.value(self._differences(equilibria), self.smallest_rest_length)
         # No matrix product: BLAS rounds by the shape of the batch, and a value depends on its candidate alone.
         values = np.minimum((misfits * self._training_weights).sum(axis=-1), self._cap)
@@ -202,7 +202,7 @@ class Objective:
 
     def _equilibrium(self, stiffness: ArrayLike) -> tuple[Floats, Equilibria]:
         candidate = require_shape("stiffness", floats("stiffness", stiffness), (self.model.lattice.spring_count,))
-        equilibria = find(self._groups, self._candidates(candidate[None]), tolerance=self.tolerance)
+        equilibria = self.model.find(self._groups, self._candidates(candidate[None]), self.tolerance)
         failed = ~has_equilibrium(equilibria.codes[0])
         if failed.any():
             number = int(np.flatnonzero(failed)[0])

@@ -10,6 +10,7 @@ from springopt.effects.effect import Effect
 from springopt.forward.choose import Choice, choose, make_engine
 from springopt.forward.engine import Engine
 from springopt.forward.floating import net_forces_on_floating_parts
+from springopt.forward.followed import MINIMUM, follow
 from springopt.forward.plan import Plan, make_plan
 from springopt.forward.state import Answers, Jobs
 from springopt.forward.status import MECHANISM
@@ -25,7 +26,8 @@ class Group:
     choice: Choice  #: which engine, and why
     engine: Engine
     cases: NDArray[np.int64]  #: which of the load cases, shape (g,)
-    forces: NDArray[np.float64]  #: shape (g, n d)
+    forces: NDArray[np.float64]  #: 0 where supports take them up, shape (g, n d)
+    work: NDArray[np.float64]  #: of the forces that supports take up, on their prescribed way, shape (g,)
     prescribed: NDArray[np.float64]  #: shape (g, n d)
 
 
@@ -52,23 +54,35 @@ def group_by_supports(
     members: dict[bytes, list[int]] = {}
     for number, case in enumerate(cases):
         members.setdefault(case.supports.tobytes(), []).append(number)
-    constant = constant_forces(lattice, effects).ravel()
-    groups = []
-    for numbers in members.values():
-        plan = make_plan(lattice, cases[numbers[0]].supports, effects)
-        choice = choose(plan, kinematics, engine)
-        whole = make_plan(lattice, np.zeros_like(cases[0].supports), effects) if kinematics == "linear" else None
-        groups.append(
-            Group(
-                plan=plan,
-                choice=choice,
-                engine=make_engine(choice, plan, whole),
-                cases=np.array(numbers, dtype=np.int64),
-                forces=np.array([cases[i].forces.ravel() + constant for i in numbers]),
-                prescribed=np.array([cases[i].prescribed.ravel() for i in numbers]),
-            )
-        )
-    return tuple(groups)
+    return tuple(
+        _group(lattice, [(number, cases[number]) for number in numbers], effects, kinematics, engine)
+        for numbers in members.values()
+    )
+
+
+def _group(
+    lattice: SpringLattice,
+    numbered: Sequence[tuple[int, LoadCase]],
+    effects: Sequence[Effect],
+    kinematics: str,
+    engine: str | None,
+) -> Group:
+    supports = numbered[0][1].supports
+    plan = make_plan(lattice, supports, effects)
+    choice = choose(plan, kinematics, engine)
+    whole = make_plan(lattice, np.zeros_like(supports), effects) if kinematics == "linear" else None
+    constant = constant_forces(lattice, effects)
+    forces = np.array([(case.forces + constant).ravel() for _, case in numbered])
+    prescribed = np.array([case.prescribed.ravel() for _, case in numbered])
+    return Group(
+        plan=plan,
+        choice=choice,
+        engine=make_engine(choice, plan, whole),
+        cases=np.array([number for number, _ in numbered], dtype=np.int64),
+        forces=np.where(supports.ravel(), 0.0, forces),
+        work=(forces * prescribed).sum(axis=1),
+        prescribed=prescribed,
+    )
 
 
 def constant_forces(lattice: SpringLattice, effects: Sequence[Effect]) -> NDArray[np.float64]:
@@ -81,8 +95,10 @@ def constant_forces(lattice: SpringLattice, effects: Sequence[Effect]) -> NDArra
     return total
 
 
-def find(groups: Sequence[Group], stiffness: NDArray[np.float64], *, tolerance: float) -> Equilibria:
-    """The equilibria of all candidates (m, s) under the load cases of all groups."""
+def find(
+    groups: Sequence[Group], stiffness: NDArray[np.float64], *, tolerance: float, branch: str = MINIMUM
+) -> Equilibria:
+    """The equilibria of all candidates (m, s) under the load cases of all groups, on one of `followed.BRANCHES`."""
     candidate_count = len(stiffness)
     case_count = sum(len(group.cases) for group in groups)
     unknown_count = groups[0].plan.nodes.size if groups else 0
@@ -95,11 +111,13 @@ def find(groups: Sequence[Group], stiffness: NDArray[np.float64], *, tolerance: 
         iterations=np.zeros(shape, dtype=np.int64),
     )
     for group in groups:
-        _find_group(group, stiffness, tolerance, equilibria)
+        _find_group(group, stiffness, tolerance, branch, equilibria)
     return equilibria
 
 
-def _find_group(group: Group, stiffness: NDArray[np.float64], tolerance: float, equilibria: Equilibria) -> None:
+def _find_group(
+    group: Group, stiffness: NDArray[np.float64], tolerance: float, branch: str, equilibria: Equilibria
+) -> None:
     plan = group.plan
     is_supported = np.zeros(plan.nodes.size, dtype=np.bool_)
     is_supported[plan.supported] = True
@@ -110,15 +128,13 @@ def _find_group(group: Group, stiffness: NDArray[np.float64], tolerance: float, 
     is_mechanism = net > tolerance * np.abs(group.forces).max(axis=1, initial=0.0)
     # Contiguous, or each layout would have the kernels compiled once more.
     candidates, cases = map(np.ascontiguousarray, np.nonzero(~is_mechanism))
-    jobs = Jobs(candidates, cases, stiffness, group.forces, group.prescribed)
-    answers = Answers(
-        displacements=np.zeros((len(cases), plan.nodes.size)),
-        codes=np.zeros(len(cases), dtype=np.int8),
-        residuals=np.zeros(len(cases)),
-        energies=np.zeros(len(cases)),
-        iterations=np.zeros(len(cases), dtype=np.int64),
-    )
-    group.engine.find(jobs, answers, tolerance)
+    jobs = Jobs(candidates, cases, stiffness, group.forces, start=group.prescribed[cases])
+
+    def search(jobs: Jobs) -> Answers:
+        return _search(group.engine, jobs, tolerance)
+
+    has_branches = branch != MINIMUM and group.choice.engine != "linear"
+    answers = follow(plan, jobs, search) if has_branches else search(jobs)
     at = (candidates, group.cases[cases])
     equilibria.displacements[:, group.cases] = group.prescribed
     equilibria.codes[:, group.cases] = MECHANISM
@@ -126,5 +142,19 @@ def _find_group(group: Group, stiffness: NDArray[np.float64], tolerance: float, 
     equilibria.displacements[at] = answers.displacements
     equilibria.codes[at] = answers.codes
     equilibria.residuals[at] = answers.residuals
-    equilibria.energies[at] = answers.energies
+    equilibria.energies[at] = answers.energies - group.work[cases]
     equilibria.iterations[at] = answers.iterations
+
+
+def _search(engine: Engine, jobs: Jobs, tolerance: float) -> Answers:
+    """The minimum that each job descends to from its start."""
+    count, size = jobs.start.shape
+    answers = Answers(
+        displacements=np.zeros((count, size)),
+        codes=np.zeros(count, dtype=np.int8),
+        residuals=np.zeros(count),
+        energies=np.zeros(count),
+        iterations=np.zeros(count, dtype=np.int64),
+    )
+    engine.find(jobs, answers, tolerance)
+    return answers

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from springopt.forward.state import Answers, Jobs
 
-ITERATION_LIMIT = 500
+ITERATION_LIMIT = 2000  # for the weakest loads on mechanisms; hardly any other takes more than 100
 
 Floats = NDArray[np.float64]
 

@@ -15,6 +15,7 @@ from springopt.effects.lanes import absolute, load, maximum, splat, store, subtr
 # Pivots within this share of the stiffness that meets at their node count as zero: rounding leaves up to some 1e-15,
 # and stiffness contrasts of 1e12 must pass.
 ZERO_PIVOT = 1e-13
+HUGE = 1e300
 
 
 @njit(error_model="numpy")
@@ -45,17 +46,17 @@ def _reduce_row(d: int, first: Any, start: Any, tangent: Any, row: int, scaled: 
 
 
 @njit(error_model="numpy")
-def factorize(plan: Any, tangent: Any, inverse: Any, scaled: Any, scale: Any, replacement: float, inertia: Any) -> None:
+def factorize(plan: Any, tangent: Any, inverse: Any, scaled: Any, scale: Any, replacement: Any, inertia: Any) -> None:
     """Overwrite the tangents by L (its unit diagonal not stored), `inverse` (B d, 8) by the inverse pivots.
 
     `scale` (B d, 8) is the stiffness that meets at each degree of freedom; a pivot that is not safely positive becomes
-    max(|pivot|, replacement * scale). `inertia` (4, 8) receives the number of negative pivots, of zero pivots, the
-    unknown with the most negative pivot in relation to its scale (-1: none), and that relation. `scaled` is scratch.
+    max(|pivot|, replacement * scale). `inertia` (3, 8) receives the number of negative pivots, of zero pivots, and the
+    lowest pivot in relation to its scale. `scaled` is scratch. The pivots themselves stay on the diagonals.
     """
     d, first, start = plan.dimension, plan.first, plan.start
     block, zero, one = d * d, splat(0.0), splat(1.0)
     negative_count, zero_count = zero, zero
-    lowest_at, lowest, lowest_scale = splat(-1.0), splat(-ZERO_PIVOT), one
+    lowest, lowest_scale = splat(HUGE), one
     for row in range(len(first)):
         begin = first[row]
         _reduce_row(d, first, start, tangent, row, scaled)
@@ -77,7 +78,6 @@ def factorize(plan: Any, tangent: Any, inverse: Any, scaled: Any, scale: Any, re
             zero_count = zero_count + (one - is_negative - is_positive)
             # pivot / stiffness < lowest / lowest_scale, without dividing
             theirs, ours = lowest * stiffness, pivot * lowest_scale
-            lowest_at = where_greater(theirs, ours, splat(float(at)), lowest_at)
             lowest = where_greater(theirs, ours, pivot, lowest)
             lowest_scale = where_greater(theirs, ours, stiffness, lowest_scale)
             replaced = maximum(absolute(pivot), stiffness * replacement)
@@ -94,8 +94,7 @@ def factorize(plan: Any, tangent: Any, inverse: Any, scaled: Any, scale: Any, re
                 store(tangent, diagonal + a * d + b, unscaled)
     store(inertia, 0, negative_count)
     store(inertia, 1, zero_count)
-    store(inertia, 2, lowest_at)
-    store(inertia, 3, lowest / lowest_scale)
+    store(inertia, 2, lowest / lowest_scale)
 
 
 @njit(error_model="numpy")
@@ -130,10 +129,18 @@ def substitute(plan: Any, factor: Any, inverse: Any, x: Any) -> None:
 
 
 @njit(error_model="numpy")
-def negative_direction(plan: Any, factor: Any, lane: int, pivot: int, direction: Any) -> None:
-    """Into one lane of `direction` (B d, 8): y with L^T y = e_pivot; the energy curves down along it.
+def pivot_of(plan: Any, factor: Any, lane: int, at: int) -> float:
+    """The pivot of one unknown of one lane, as the factorization found it."""
+    d, row = plan.dimension, at // plan.dimension
+    return factor[(plan.start[row] + row - plan.first[row]) * d * d + (at % d) * (d + 1), lane]
 
-    y^T K y is the negative pivot, less what the replacement of earlier pivots added: at least as negative.
+
+@njit(error_model="numpy")
+def pivot_direction(plan: Any, factor: Any, lane: int, pivot: int, direction: Any) -> None:
+    """Into one lane of `direction` (B d, 8): y with L^T y = e_pivot, so that y^T K y is the pivot.
+
+    Less what the replacement of earlier pivots added: along y of a negative pivot the energy curves at least as much
+    down. y is zero behind the pivot.
     """
     d = plan.dimension
     for at in range(len(direction)):
@@ -142,6 +149,8 @@ def negative_direction(plan: Any, factor: Any, lane: int, pivot: int, direction:
     for at in range(pivot, -1, -1):
         row, a = at // d, at % d
         value = direction[at, lane]
+        if value == 0.0:
+            continue
         entry = plan.start[row] * d * d + a * d
         for column in range(plan.first[row], row):
             for b in range(d):

@@ -40,7 +40,7 @@ class LinearEngine:
         for begin, end in candidate_ranges(jobs):
             system.factorize(jobs.stiffness[jobs.candidate[begin]])
             for few in _eights(begin, end):
-                forces, prescribed = jobs.forces[jobs.case[few]], jobs.prescribed[jobs.case[few]]
+                forces, prescribed = jobs.forces[jobs.case[few]], jobs.start[few]
                 system.answer(forces, prescribed, answers.part(few), tolerance)
 
     def gradients(self, stiffness: Floats, displacements: Floats, loads: Floats) -> Floats:

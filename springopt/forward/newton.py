@@ -16,11 +16,14 @@ from springopt.effects.compile import compiled
 from springopt.effects.effect import call_kernel
 from springopt.effects.lanes import LANE_COUNT, absolute, fma, load, maximum, splat, store, where_greater
 from springopt.effects.springs import add_springs
-from springopt.forward.factor import factorize, negative_direction, substitute
+from springopt.forward.certificate import SADDLE, VAGUE, certify
+from springopt.forward.factor import factorize, substitute
 from springopt.forward.state import (
     ACCEPTED,
+    CONTRAST,
     CURVATURE,
     ENERGY,
+    FALLBACK,
     FORCE_SCALE,
     IDLE,
     IS_CAPPED,
@@ -31,30 +34,37 @@ from springopt.forward.state import (
     LAST_SLOPE,
     LONGEST,
     MAGNITUDE,
+    MARGIN,
     PHASE,
     PRESTRESS,
+    RELAXATION,
+    REPLACEMENT,
     RESIDUAL,
     SLOPE,
     STEP,
     STEP_LIMIT,
     STRETCH,
+    UNRELAXED,
+    VERDICT,
 )
-from springopt.forward.status import CONVERGED, ITERATION_LIMIT, UNDERDETERMINED, UNSTABLE
+from springopt.forward.status import ITERATION_LIMIT
 
-PIVOT_REPLACEMENT = 1e-2  # results hardly depend on it between 1e-1 and 1e-3
+# What a pivot that is not positive is replaced by, in relation to its scale. Ten times less while steps are short:
+# a weak load is to move what hardly anything resists.
+USUAL_REPLACEMENT = 1e-2
+LEAST_REPLACEMENT = 1e-13
+SHORT = 0.1  # of the step limit
 SUFFICIENT_DECREASE = 1e-4  # Armijo's constant, Nocedal and Wright (2006), section 3.1
 SHORTEST_STEP = 1e-10
 SHORTEST_ESCAPE = 1e-5
-# A negative pivot above this share of its scale, along which no energy falls, is a zero one that rounding moved.
-FLAT = -1e-8
-# A predicted decrease below this share of the energies involved drowns in their rounding: judge by the residual.
+# A predicted decrease below this share of the energies involved drowns in their rounding.
 ENERGY_NOISE = 1e-10
 # Newton's last step usually lands far below the tolerance; ask for that much, unless progress has ended.
-MARGIN = 1e-2
+USUAL_MARGIN = 1e-2
+SLOWLY, HARDLY = 0.1, 0.5  # what remains of a residual in a step; a flat minimum's falls to 0.3
 EPSILON = 2.0**-52
 
-STARTING, STEPPING, CERTIFYING, ESCAPING, STALLED, STUCK = range(6)
-UNDECIDED = -1  # what the judges say while the search goes on; else the code of a status
+STARTING, STEPPING, RELAXING, CERTIFYING, ESCAPING, STALLED, STUCK = range(7)
 
 
 @compiled
@@ -68,7 +78,7 @@ def find_equilibria(plan: Any, jobs: Any, state: Any, answers: Any, tolerance: f
         evaluate(plan, state)
         judge_lanes(plan, state, answers, tolerance, iteration_limit)
         keep_accepted(state)
-        _find_directions(plan, state)
+        _find_directions(plan, state, tolerance)
         set_courses(plan, state, answers)
         move(plan, state)
 
@@ -85,7 +95,7 @@ def refill(plan: Any, jobs: Any, state: Any, waiting: int) -> int:
 
 @njit(error_model="numpy")
 def _take_up(plan: Any, jobs: Any, state: Any, v: int, job: int) -> None:
-    """Lane v starts a job from rest."""
+    """Lane v starts a job."""
     d, scale, lane = plan.dimension, state.scale, state.scalars
     candidate, case = jobs.candidate[job], jobs.case[job]
     for at in range(len(scale)):
@@ -102,16 +112,19 @@ def _take_up(plan: Any, jobs: Any, state: Any, v: int, job: int) -> None:
             if block >= 0:
                 for a in range(d):
                     scale[block * d + a, v] += k
+    softest, hardest = np.inf, 0.0
     for at in range(len(scale)):
         if scale[at, v] == 0.0:  # a node without springs: any positive pivot keeps it at rest
             scale[at, v] = stiffest if stiffest > 0.0 else 1.0
+        softest, hardest = min(softest, scale[at, v]), max(hardest, scale[at, v])
     for row in range(len(state.forces)):
         state.forces[row, v] = jobs.forces[case, row]
-        state.trial[row, v] = jobs.prescribed[case, row]
-        state.accepted[row, v] = jobs.prescribed[case, row]
+        state.trial[row, v] = jobs.start[job, row]
+        state.accepted[row, v] = jobs.start[job, row]
     lane[JOB, v], lane[PHASE, v], lane[ITERATIONS, v] = job, STARTING, 0.0
     lane[STEP_LIMIT, v], lane[STEP, v], lane[PRESTRESS, v] = plan.step_limit, 0.0, prestress
-    lane[LAST_RESIDUAL, v], lane[LAST_ENERGY, v] = np.inf, 0.0
+    lane[LAST_RESIDUAL, v], lane[LAST_ENERGY, v], lane[LAST_SLOPE, v] = np.inf, 0.0, -np.inf
+    lane[CONTRAST, v], lane[MARGIN, v], lane[REPLACEMENT, v] = hardest / softest, USUAL_MARGIN, USUAL_REPLACEMENT
 
 
 @njit(error_model="numpy")
@@ -195,46 +208,65 @@ def judge_lanes(plan: Any, state: Any, answers: Any, tolerance: float, iteration
         lane[ACCEPTED, v] = 0.0
         if lane[JOB, v] == IDLE:
             continue
-        rounding = _rounding(plan, state, v) if lane[PHASE, v] == STALLED else 0.0
-        code = _judge(lane, v, tolerance, iteration_limit, rounding)
-        if code != UNDECIDED:
-            _put_down(state, answers, v, code)
+        lane[ITERATIONS, v] += 1.0
+        if lane[ITERATIONS, v] > iteration_limit:
+            _put_down(state, answers, v, ITERATION_LIMIT)
+        elif lane[PHASE, v] == STUCK:
+            _put_down(state, answers, v, int(lane[FALLBACK, v]))
+        elif lane[PHASE, v] == STARTING or lane[PHASE, v] == STALLED or _is_better(state, v):
+            _accept(lane, v, tolerance)
+        elif lane[PHASE, v] == STEPPING:
+            lane[PHASE, v], lane[UNRELAXED, v] = RELAXING, lane[ENERGY, v]
+        else:
+            _shorten(lane, v)
 
 
 @njit(error_model="numpy")
-def _judge(lane: Any, v: int, tolerance: float, iteration_limit: int, rounding: float) -> int:
-    phase = lane[PHASE, v]
-    lane[ITERATIONS, v] += 1.0
-    if lane[ITERATIONS, v] > iteration_limit:
-        return ITERATION_LIMIT
-    if phase == STUCK:
-        return UNDERDETERMINED if lane[CURVATURE, v] > FLAT else UNSTABLE
-    if phase != STARTING and phase != STALLED and not _is_better(lane, v):
-        _shorten(lane, v)
-        return UNDECIDED
+def _accept(lane: Any, v: int, tolerance: float) -> None:
+    """The trial state of lane v is the one to step from, or the answer if its residual is small."""
     before, now = lane[LAST_RESIDUAL, v], lane[RESIDUAL, v]
-    wanted = tolerance * max(lane[FORCE_SCALE, v], lane[PRESTRESS, v])
     lane[ACCEPTED, v] = 1.0
     lane[LAST_RESIDUAL, v], lane[LAST_ENERGY, v] = now, lane[ENERGY, v]
-    if phase == STALLED:
-        lane[PHASE, v] = CERTIFYING
-        return UNDECIDED if now <= max(wanted, rounding) else ITERATION_LIMIT
-    if phase == STEPPING and lane[IS_CAPPED, v] == 1.0 and lane[STEP, v] == 1.0:
+    if lane[PHASE, v] == STALLED:
+        return
+    if lane[PHASE, v] != STARTING and lane[PHASE, v] != ESCAPING and lane[IS_CAPPED, v] == 1.0 and lane[STEP, v] == 1.0:
         lane[STEP_LIMIT, v] *= 2.0
-    is_there = now <= MARGIN * wanted or (now <= wanted and now > 0.1 * before)
+    wanted = tolerance * _force_scale(lane, v)
+    falls = SLOWLY if lane[MARGIN, v] > 0.0 else HARDLY
+    is_there = now <= lane[MARGIN, v] * wanted or (now <= wanted and now > falls * before)
     lane[PHASE, v] = CERTIFYING if is_there else STEPPING
-    return UNDECIDED
 
 
 @njit(error_model="numpy")
-def _is_better(lane: Any, v: int) -> bool:
+def _force_scale(lane: Any, v: int) -> float:
+    """The largest of loads, reactions and prestress."""
+    return max(lane[FORCE_SCALE, v], lane[PRESTRESS, v])
+
+
+@njit(error_model="numpy")
+def _is_better(state: Any, v: int) -> bool:
+    lane = state.scalars
     energy, last = lane[ENERGY, v], lane[LAST_ENERGY, v]
+    noise = 16.0 * EPSILON * lane[MAGNITUDE, v]
     if lane[PHASE, v] == ESCAPING:
-        return energy < last
+        return energy < last - noise or (energy <= last + noise and _still_falls(state, v))
     predicted = lane[STEP, v] * lane[LAST_SLOPE, v]
     if energy <= last + SUFFICIENT_DECREASE * predicted:
         return True
-    return -predicted <= ENERGY_NOISE * lane[MAGNITUDE, v] and lane[RESIDUAL, v] <= 0.9 * lane[LAST_RESIDUAL, v]
+    is_noise = -predicted <= ENERGY_NOISE * lane[MAGNITUDE, v]
+    return is_noise and (lane[RESIDUAL, v] <= 0.9 * lane[LAST_RESIDUAL, v] or energy <= last + noise)
+
+
+@njit(error_model="numpy")
+def _still_falls(state: Any, v: int) -> bool:
+    """Whether the energy of an escape falls at the trial state; where it falls too little to be seen, the forces tell.
+
+    At least a tenth as steep as the curvature at the saddle foretells.
+    """
+    slope = 0.0
+    for at in range(len(state.direction)):
+        slope -= state.unknowns[at, v] * state.direction[at, v]
+    return slope <= 0.1 * state.scalars[CURVATURE, v] * state.scalars[STEP, v]
 
 
 @njit(error_model="numpy")
@@ -246,32 +278,17 @@ def _shorten(lane: Any, v: int) -> None:
         if shorter < SHORTEST_ESCAPE:
             shorter, lane[PHASE, v] = 0.0, STUCK
     else:
-        rise = lane[ENERGY, v] - lane[LAST_ENERGY, v]
+        lane[PHASE, v] = STEPPING
+        rise = lane[UNRELAXED, v] - lane[LAST_ENERGY, v]
         parabola = -0.5 * slope * step * step / (rise - slope * step)
         shorter = min(max(parabola, 0.1 * step), 0.5 * step)
         is_noise = -slope * step <= 16.0 * EPSILON * lane[MAGNITUDE, v]
-        if is_noise or shorter < SHORTEST_STEP:
-            shorter, lane[PHASE, v] = 0.0, STALLED
+        if is_noise or not shorter >= SHORTEST_STEP:
+            # Once more from here with another direction, if there is one.
+            is_last = lane[REPLACEMENT, v] == USUAL_REPLACEMENT
+            shorter, lane[PHASE, v] = 0.0, STALLED if is_last else STARTING
+        lane[REPLACEMENT, v] = min(10.0 * lane[REPLACEMENT, v], USUAL_REPLACEMENT)
     lane[STEP, v] = shorter
-
-
-@njit(error_model="numpy")
-def _rounding(plan: Any, state: Any, v: int) -> float:
-    """The largest residual that rounding of the accepted displacements alone can leave in lane v."""
-    d = plan.dimension
-    at_node = np.zeros(len(plan.nodes))
-    for spring in range(len(plan.ends)):
-        reach = abs(plan.prestrains[spring])
-        for end in range(2):
-            for a in range(d):
-                reach += abs(state.accepted[plan.ends[spring, end] * d + a, v])
-        for end in range(2):
-            at_node[plan.ends[spring, end]] += state.stiffness[spring, v] * reach
-    largest = 0.0
-    for node in range(len(plan.nodes)):
-        if plan.block_of[node] >= 0:
-            largest = max(largest, at_node[node])
-    return 4.0 * EPSILON * largest
 
 
 @njit(error_model="numpy")
@@ -286,59 +303,49 @@ def keep_accepted(state: Any) -> None:
 
 
 @njit(error_model="numpy")
-def _find_directions(plan: Any, state: Any) -> None:
-    """Newton directions where the trial state was accepted, downwards from a saddle where one was found."""
-    factorize(plan, state.tangent, state.inverse, state.scaled, state.scale, PIVOT_REPLACEMENT, state.inertia)
+def _find_directions(plan: Any, state: Any, tolerance: float) -> None:
+    """Newton directions, verdicts on stationary points, and the way down from saddles."""
+    lane = state.scalars
+    replacement = load(lane, REPLACEMENT)
+    factorize(plan, state.tangent, state.inverse, state.scaled, state.scale, replacement, state.inertia)
     substitute(plan, state.tangent, state.inverse, state.unknowns)
     take_directions(state)
-    lane = state.scalars
+    settle(plan, state, tolerance)
     for v in range(LANE_COUNT):
-        if lane[JOB, v] != IDLE and lane[ACCEPTED, v] == 1.0 and is_at_saddle(state, v):
-            negative_direction(plan, state.tangent, v, int(state.inertia[2, v]), state.direction)
-            measure_direction(state, v)
+        if lane[PHASE, v] == CERTIFYING and lane[ACCEPTED, v] == 1.0:
+            lane[VERDICT, v] = certify(plan, state, v)
+            if lane[VERDICT, v] == SADDLE:
+                for at in range(len(state.direction)):
+                    state.direction[at, v] = state.unknowns[at, v]
+                measure_direction(state, v)
 
 
 @compiled
 def take_directions(state: Any) -> None:
     """The solutions in `unknowns` become the directions of accepted lanes; their slope and length."""
-    direction, unknowns, residual = state.direction, state.unknowns, state.residual
-    is_accepted, half = load(state.scalars, ACCEPTED), splat(0.5)
+    direction, unknowns, residual, lane = state.direction, state.unknowns, state.residual, state.scalars
+    is_accepted, half = load(lane, ACCEPTED), splat(0.5)
     slope, longest = splat(0.0), splat(0.0)
     for at in range(len(direction)):
-        p = where_greater(is_accepted, half, load(unknowns, at), load(direction, at))
+        newest = load(unknowns, at)
+        p = where_greater(is_accepted, half, newest, load(direction, at))
         store(direction, at, p)
-        longest = maximum(longest, absolute(p))
+        longest = maximum(longest, absolute(newest))
         slope = slope - p * load(residual, at)
-    store(state.scalars, SLOPE, slope)
-    store(state.scalars, LONGEST, longest)
+    store(lane, SLOPE, slope)
+    store(lane, LONGEST, longest)
 
 
-@njit(error_model="numpy")
-def set_courses(plan: Any, state: Any, answers: Any) -> None:
-    """After the factorization: lanes end, escape from a saddle, or take their Newton step."""
+@compiled
+def settle(plan: Any, state: Any, tolerance: float) -> None:
+    """Lanes that get no further are to be certified, if they are at an equilibrium as far as digits go."""
     lane = state.scalars
     for v in range(LANE_COUNT):
-        lane[STRETCH, v] = 1.0
         if lane[JOB, v] == IDLE or lane[ACCEPTED, v] == 0.0:
             continue
-        limit = lane[STEP_LIMIT, v]
-        if lane[PHASE, v] == CERTIFYING:
-            if state.inertia[0, v] == 0.0:
-                _put_down(state, answers, v, UNDERDETERMINED if state.inertia[1, v] > 0.0 else CONVERGED)
-                continue
-            lane[PHASE, v], lane[CURVATURE, v] = ESCAPING, state.inertia[3, v]
-            limit = plan.step_limit
-        lane[IS_CAPPED, v] = 1.0 if lane[LONGEST, v] > limit or lane[PHASE, v] == ESCAPING else 0.0
-        if lane[IS_CAPPED, v] == 1.0:
-            lane[STRETCH, v] = limit / lane[LONGEST, v]
-        if lane[PHASE, v] == ESCAPING and lane[SLOPE, v] > 0.0:
-            lane[STRETCH, v] = -lane[STRETCH, v]
-        lane[LAST_SLOPE, v], lane[STEP, v] = lane[SLOPE, v] * lane[STRETCH, v], 1.0
-
-
-@njit(error_model="numpy")
-def is_at_saddle(state: Any, v: int) -> bool:
-    return state.scalars[PHASE, v] == CERTIFYING and state.inertia[0, v] > 0.0
+        is_at_its_end = lane[PHASE, v] == STALLED or _makes_no_progress(lane, v)
+        if is_at_its_end and _is_balanced(plan, state, v, tolerance):
+            lane[PHASE, v] = CERTIFYING
 
 
 @compiled
@@ -352,10 +359,98 @@ def measure_direction(state: Any, v: int) -> None:
 
 
 @njit(error_model="numpy")
+def set_courses(plan: Any, state: Any, answers: Any) -> None:
+    """After the factorization: lanes end, escape from a saddle, or take their Newton step."""
+    lane = state.scalars
+    for v in range(LANE_COUNT):
+        lane[STRETCH, v], lane[RELAXATION, v] = 1.0, 0.0
+        if lane[JOB, v] == IDLE:
+            continue
+        if lane[PHASE, v] == RELAXING:
+            lane[RELAXATION, v] = min(1.0, plan.step_limit / max(lane[LONGEST, v], plan.step_limit))
+        elif lane[ACCEPTED, v] == 1.0:
+            _set_course(plan, state, answers, v)
+
+
+@njit(error_model="numpy")
+def _set_course(plan: Any, state: Any, answers: Any, v: int) -> None:
+    """Lane v goes on from the state that was just accepted, or ends there."""
+    lane = state.scalars
+    limit = lane[STEP_LIMIT, v]
+    if lane[PHASE, v] == STALLED:
+        _put_down(state, answers, v, ITERATION_LIMIT)
+    elif lane[PHASE, v] == CERTIFYING:
+        if lane[VERDICT, v] == VAGUE:
+            lane[MARGIN, v], lane[PHASE, v] = 0.0, STEPPING
+        elif lane[VERDICT, v] == SADDLE:
+            lane[PHASE, v], limit = ESCAPING, plan.step_limit
+        else:
+            _put_down(state, answers, v, int(lane[VERDICT, v]))
+    lane[IS_CAPPED, v] = 1.0 if lane[LONGEST, v] > limit or lane[PHASE, v] == ESCAPING else 0.0
+    if lane[IS_CAPPED, v] == 1.0:
+        lane[STRETCH, v] = limit / lane[LONGEST, v]
+    if lane[PHASE, v] == ESCAPING:
+        lane[CURVATURE, v] *= lane[STRETCH, v] ** 2
+        if lane[SLOPE, v] > 0.0:
+            lane[STRETCH, v] = -lane[STRETCH, v]
+    elif lane[LONGEST, v] < SHORT * limit and state.inertia[0, v] + state.inertia[1, v] > 0.0:
+        lane[REPLACEMENT, v] = max(0.1 * lane[REPLACEMENT, v], LEAST_REPLACEMENT)
+    lane[LAST_SLOPE, v], lane[STEP, v] = lane[SLOPE, v] * lane[STRETCH, v], 1.0
+
+
+@njit(error_model="numpy")
+def _makes_no_progress(lane: Any, v: int) -> bool:
+    """Whether the last step, too small for the energy to judge, made the next one hardly smaller."""
+    foretold = -lane[SLOPE, v]
+    is_noise = foretold <= ENERGY_NOISE * lane[MAGNITUDE, v]
+    return lane[PHASE, v] == STEPPING and is_noise and foretold > -0.5 * lane[LAST_SLOPE, v]
+
+
+@njit(error_model="numpy")
+def _is_balanced(plan: Any, state: Any, v: int, tolerance: float) -> bool:
+    """Whether lane v, which gets no further, is at an equilibrium as far as its displacements have digits.
+
+    Rounding of displacements leaves forces out of balance, in proportion to the stiffness, that no step can remove.
+    They tell nothing of softer parts; the energy that the next step would still gain does, whatever the stiffness: it
+    is the error's own energy, and must vanish beside that of the equilibrium.
+    """
+    lane = state.scalars
+    if lane[LAST_RESIDUAL, v] <= tolerance * _force_scale(lane, v):
+        return True
+    rounding, longest = _rounding(plan, state, v)
+    gain = -lane[SLOPE, v]
+    is_small = gain <= tolerance * tolerance * lane[MAGNITUDE, v] + 16.0 * EPSILON * rounding * longest
+    return is_small and lane[LAST_RESIDUAL, v] <= rounding
+
+
+@njit(error_model="numpy")
+def _rounding(plan: Any, state: Any, v: int) -> tuple[float, float]:
+    """(the largest residual that rounding of the accepted displacements alone can leave in lane v, the longest)."""
+    d = plan.dimension
+    at_node = np.zeros(len(plan.nodes))
+    longest = 0.0
+    for spring in range(len(plan.ends)):
+        reach = abs(plan.prestrains[spring])
+        for end in range(2):
+            for a in range(d):
+                moved = abs(state.accepted[plan.ends[spring, end] * d + a, v])
+                reach += moved
+                longest = max(longest, moved)
+        for end in range(2):
+            at_node[plan.ends[spring, end]] += state.stiffness[spring, v] * reach
+    largest = 0.0
+    for node in range(len(plan.nodes)):
+        if plan.block_of[node] >= 0:
+            largest = max(largest, at_node[node])
+    return 4.0 * EPSILON * largest, longest
+
+
+@njit(error_model="numpy")
 def move(plan: Any, state: Any) -> None:
     """The next trial states."""
     d, trial, accepted, direction = plan.dimension, state.trial, state.accepted, state.direction
-    stretch, step = load(state.scalars, STRETCH), load(state.scalars, STEP)
+    unknowns, stretch, step = state.unknowns, load(state.scalars, STRETCH), load(state.scalars, STEP)
+    relaxation, zero = load(state.scalars, RELAXATION), splat(0.0)
     for node in range(len(plan.block_of)):
         block = plan.block_of[node]
         if block >= 0:
@@ -363,4 +458,6 @@ def move(plan: Any, state: Any) -> None:
                 row, at = node * d + a, block * d + a
                 p = stretch * load(direction, at)
                 store(direction, at, p)
-                store(trial, row, fma(step, p, load(accepted, row)))
+                along = fma(step, p, load(accepted, row))
+                relaxed = fma(relaxation, load(unknowns, at), load(trial, row))
+                store(trial, row, where_greater(relaxation, zero, relaxed, along))

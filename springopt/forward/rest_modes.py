@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from springopt.effects.compile import compiled
-from springopt.effects.lanes import LANE_COUNT
+from springopt.effects.lanes import LANE_COUNT, splat
 from springopt.forward.batch import Group
 from springopt.forward.factor import factorize
 from springopt.forward.linear import LinearEngine
@@ -92,6 +92,6 @@ def _count_in_lanes(plan: Any, state: Any, stiffness: Any, counts: Any) -> None:
                 if state.scale[at, v] == 0.0:
                     state.scale[at, v] = 1.0
         evaluate(plan, state)
-        factorize(plan, state.tangent, state.inverse, state.scaled, state.scale, RIGID, state.inertia)
+        factorize(plan, state.tangent, state.inverse, state.scaled, state.scale, splat(RIGID), state.inertia)
         for v in range(min(LANE_COUNT, len(stiffness) - begin)):
             counts[begin + v] = state.inertia[0, v] + state.inertia[1, v]

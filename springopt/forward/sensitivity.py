@@ -81,7 +81,7 @@ def _prepare(plan: Any, state: Any, stiffness: Any, displacements: Any, begin: i
         if state.scale[at, 0] == 0.0:
             state.scale[at] = 1.0
     evaluate(plan, state)
-    factorize(plan, state.tangent, state.inverse, state.scaled, state.scale, RIGID, state.inertia)
+    factorize(plan, state.tangent, state.inverse, state.scaled, state.scale, splat(RIGID), state.inertia)
 
 
 @njit(error_model="numpy")

@@ -15,14 +15,23 @@ from numpy.typing import NDArray
 
 from springopt.effects.compile import announce_compilation
 from springopt.effects.lanes import LANE_COUNT
+from springopt.forward.certificate import SADDLE, certify_direction
 from springopt.forward.conjugate_gradients import solve_lanes
 from springopt.forward.engine import ITERATION_LIMIT
-from springopt.forward.newton import CERTIFYING, PIVOT_REPLACEMENT, measure_direction, take_directions
+from springopt.forward.newton import (
+    CERTIFYING,
+    RELAXING,
+    USUAL_REPLACEMENT,
+    measure_direction,
+    settle,
+    take_directions,
+)
 from springopt.forward.plan import Plan
 from springopt.forward.sensitivity import RIGID, spring_gradients
 from springopt.forward.solver import Solver
 from springopt.forward.sparse_kernels import arrive, depart
-from springopt.forward.state import ACCEPTED, IDLE, JOB, PHASE, Answers, Jobs
+from springopt.forward.state import ACCEPTED, IDLE, JOB, PHASE, REPLACEMENT, VERDICT, Answers, Jobs
+from springopt.forward.status import CONVERGED, UNDERDETERMINED
 from springopt.forward.workspace import Workspace
 
 Floats = NDArray[np.float64]
@@ -44,7 +53,7 @@ class SparseEngine:
         announce_compilation(arrive)
         search = Search.of(self.plan, self.solver)
         for begin, end in candidate_ranges(jobs):
-            few = jobs._replace(candidate=jobs.candidate[begin:end], case=jobs.case[begin:end])
+            few = jobs.part(slice(begin, end))
             search.run(few, answers.part(slice(begin, end)), tolerance)
 
     def gradients(self, stiffness: Floats, displacements: Floats, loads: Floats) -> Floats:
@@ -111,7 +120,7 @@ class Search:
             waiting = arrive(plan, jobs, state, self.work.tangents, answers, waiting, tolerance, ITERATION_LIMIT)
             if state.scalars[JOB].max() == IDLE and waiting == len(jobs.case):
                 return
-            self._find_directions()
+            self._find_directions(tolerance)
             depart(plan, state, answers)
 
     def factorize_rest(self, stiffness: Floats) -> None:
@@ -120,7 +129,7 @@ class Search:
         work.evaluate(stiffness, np.zeros((1, work.plan.nodes.size)))
         weight = 2.0 ** -np.round(np.log2(work.state.scale.max(initial=1e-300)))
         work.fill(self.at_rest, self.solver.layout, 0, weight)
-        self.at_rest.factorize(PIVOT_REPLACEMENT)
+        self.at_rest.factorize(USUAL_REPLACEMENT)
 
     def factorize(self, lane: int, replacement: float) -> None:
         """The exact factor of the tangent of one lane."""
@@ -160,30 +169,48 @@ class Search:
         _, exponents = np.frexp(np.abs(sides).max(axis=0, initial=0.0))
         return np.ldexp(self.at_rest.solve(np.ldexp(sides, -exponents)), exponents)
 
-    def _find_directions(self) -> None:
-        """Newton directions where the trial state was accepted, downwards from a saddle where one was found."""
+    def _find_directions(self, tolerance: float) -> None:
+        """Newton directions where the trial state was accepted or is relaxed; verdicts, and ways down from saddles."""
         state = self.work.state
-        is_accepted = (state.scalars[JOB] != IDLE) & (state.scalars[ACCEPTED] == 1.0)
-        is_certifying = is_accepted & (state.scalars[PHASE] == CERTIFYING)
-        is_stepping = is_accepted & ~is_certifying
-        if is_stepping.any():
-            self._solve_newton(is_stepping)
+        is_under_way = state.scalars[JOB] != IDLE
+        is_accepted = is_under_way & (state.scalars[ACCEPTED] == 1.0)
+        is_relaxing = is_under_way & (state.scalars[PHASE] == RELAXING) & ~is_accepted
+        is_moving = is_relaxing | (is_accepted & (state.scalars[PHASE] != CERTIFYING))
+        if is_moving.any():
+            self._solve_newton(is_moving)
         take_directions(state)
-        for lane in np.flatnonzero(is_certifying).tolist():
-            self.factorize(lane, PIVOT_REPLACEMENT)
-            state.inertia[:, lane] = self.exact.inertia
-            if self.exact.inertia[0] > 0:
-                state.direction[:, lane] = self.exact.negative_direction()
-                measure_direction(state, lane)
+        settle(self.work.plan, state, tolerance)
+        for lane in np.flatnonzero(is_accepted & (state.scalars[PHASE] == CERTIFYING)).tolist():
+            self._certify(lane)
 
-    def _solve_newton(self, is_stepping: NDArray[np.bool_]) -> None:
+    def _solve_newton(self, is_moving: NDArray[np.bool_]) -> None:
         state = self.work.state
-        solution, is_solved = self._iterate(state.residual, is_stepping, REDUCTION)
-        for lane in np.flatnonzero(is_stepping & ~is_solved).tolist():
+        solution, is_solved = self._iterate(state.unknowns, is_moving, REDUCTION)
+        state.inertia[:, is_moving] = 0.0
+        for lane in np.flatnonzero(is_moving & ~is_solved).tolist():
             if self.solver.is_direct:
-                self.factorize(lane, PIVOT_REPLACEMENT)
-                solution[:, lane] = self.exact.solve(state.residual[:, lane : lane + 1])[:, 0]
+                self.factorize(lane, state.scalars[REPLACEMENT, lane])
+                state.inertia[:2, lane] = self.exact.inertia[:2]
+                solution[:, lane] = self.exact.solve(state.unknowns[:, lane : lane + 1])[:, 0]
             elif not solution[:, lane].any():
                 # The first direction curves down: follow it. Else what was solved until one did is a way down.
-                solution[:, lane] = self._precondition(state.residual[:, lane : lane + 1])[:, 0]
+                solution[:, lane] = self._precondition(state.unknowns[:, lane : lane + 1])[:, 0]
         state.unknowns[:] = solution
+
+    def _certify(self, lane: int) -> None:
+        """The verdict on the state of one lane, as in `certificate`, with the most negative pivot for all."""
+        state, plan = self.work.state, self.work.plan
+        self.factorize(lane, state.scalars[REPLACEMENT, lane])
+        negative_count, zero_count = self.exact.inertia[:2]
+        state.inertia[:2, lane] = negative_count, zero_count
+        state.direction[:, lane] = self.exact.solve(state.residual[:, lane : lane + 1])[:, 0]
+        measure_direction(state, lane)
+        if not negative_count:
+            state.scalars[VERDICT, lane] = UNDERDETERMINED if zero_count else CONVERGED
+            return
+        state.unknowns[:, lane] = self.exact.negative_direction()
+        curvature = float(state.unknowns[:, lane] @ self.work.multiply(state.unknowns)[:, lane])
+        state.scalars[VERDICT, lane] = certify_direction(plan, state, lane, curvature)
+        if state.scalars[VERDICT, lane] == SADDLE:
+            state.direction[:, lane] = state.unknowns[:, lane]
+            measure_direction(state, lane)

@@ -26,10 +26,17 @@ from springopt.effects.lanes import LANE_COUNT
     LAST_SLOPE,
     IS_CAPPED,  # 1 where the step was shortened to the limit
     STEP_LIMIT,
-    CURVATURE,  # the negative pivot that is being escaped from, in relation to its scale
+    CURVATURE,  # of the energy along the direction of an escape, per step 1 squared; negative
     PRESTRESS,  # largest force in a spring at rest
+    CONTRAST,  # of the stiffness that meets at one unknown to that at another, at most
+    MARGIN,  # share of the tolerance that ends the search
+    RELAXATION,  # share of a Newton step from the trial state that the next trial state goes; 0: none
+    UNRELAXED,  # energy at the trial state before that step
+    REPLACEMENT,  # of a pivot that is not positive, in relation to its scale
+    FALLBACK,  # the status if the escape under way finds no way down
+    VERDICT,  # on the accepted state, if it was to be certified
     SCALAR_COUNT,
-) = range(20)
+) = range(27)
 
 IDLE = -1  # the job of a lane that has none
 
@@ -41,7 +48,11 @@ class Jobs(NamedTuple):
     case: NDArray[np.int64]  # (jobs,)
     stiffness: NDArray[np.float64]  # (m, s)
     forces: NDArray[np.float64]  # (cases, n d)
-    prescribed: NDArray[np.float64]  # (cases, n d), displacements of the supports, 0 elsewhere
+    start: NDArray[np.float64]  # (jobs, n d), displacements to search from; those of the supports stay
+
+    def part(self, few: slice) -> "Jobs":
+        """A few of the jobs."""
+        return self._replace(candidate=self.candidate[few], case=self.case[few], start=self.start[few])
 
 
 class Answers(NamedTuple):
@@ -63,7 +74,7 @@ class Lanes(NamedTuple):
     """The states under way, in lane blocks of shape (rows, 8)."""
 
     scalars: NDArray[np.float64]  # rows as numbered above
-    inertia: NDArray[np.float64]  # (4, 8), of the factorized tangent
+    inertia: NDArray[np.float64]  # (3, 8), of the factorized tangent
     stiffness: NDArray[np.float64]  # (s, 8)
     forces: NDArray[np.float64]  # (n d, 8)
     trial: NDArray[np.float64]  # (n d, 8), displacements where everything is evaluated
@@ -89,7 +100,7 @@ def make_lanes(plan: Any, spring_count: int) -> Lanes:
 
     state = Lanes(
         scalars=block(SCALAR_COUNT),
-        inertia=block(4),
+        inertia=block(3),
         stiffness=block(spring_count),
         forces=block(node_rows),
         trial=block(node_rows),

@@ -43,7 +43,7 @@ def build(scene: Scene) -> Setup:
 def build_model(scene: Scene, lattice: SpringLattice) -> Model:
     """The model that learns, its stiffness still open."""
     effects = [effect.build() for effect in scene.effects]
-    return Model(lattice, effects, kinematics=scene.kinematics, engine=scene.engine)
+    return Model(lattice, effects, kinematics=scene.kinematics, engine=scene.engine, branch=scene.branch)
 
 
 def _deformed(scene: Scene, reference: Reference, cases: list[LoadCase]) -> Floats:

@@ -45,6 +45,7 @@ class Scene(Table):
     lattice: LatticeTable
     kinematics: Literal["nonlinear", "linear"] = "nonlinear"
     engine: Literal["lanes", "sparse", "iterative"] | None = None
+    branch: Literal["minimum", "followed"] = "minimum"
     effects: list[GravityTable] = Field(default_factory=list)
     load_cases: LoadCasesTable
     reference: ReferenceTable

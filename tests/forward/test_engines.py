@@ -77,7 +77,7 @@ def test_random_topologies_under_strong_loads_end_in_minima(engine):
             assert np.abs(out_of_balance(GRID, k, positions, case.forces)[case.free]).max() < 1e-7
             assert smallest_eigenvalue(GRID, k, positions, case) > -1e-8
     same = np.abs(found.displacements - known.displacements).max(axis=2) < 1e-8
-    assert same.mean() > 0.8  # in strong compression there are several minima, all of them right
+    assert same[:, 1].mean() > 0.9  # in strong compression there are several minima, all of them right
 
 
 def test_a_sparse_answer_has_the_same_bits_in_any_company():

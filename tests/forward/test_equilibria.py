@@ -196,17 +196,19 @@ def test_an_answer_called_converged_is_balanced_and_a_minimum(problem):
 
 
 @settings(max_examples=20, deadline=None)
-@given(st.integers(0, 2**32 - 1), st.integers(1, 9))
-def test_an_answer_has_the_same_bits_in_any_company(seed, count):
+@given(st.integers(0, 2**32 - 1), st.integers(1, 9), st.sampled_from([0.3, 0.5, 0.8, 1.0]))
+def test_an_answer_has_the_same_bits_in_any_company(seed, count, density):
     rng = np.random.default_rng(seed)
-    candidates = rng.uniform(0, 10, (10, GRID.spring_count)) * (rng.random((10, GRID.spring_count)) < 0.8)
+    candidates = rng.uniform(0, 10, (10, GRID.spring_count)) * (rng.random((10, GRID.spring_count)) < density)
     cases = [pull(GRID, (0.3, 0.1)), pull(GRID, (-0.5, 0.0), hold="top", on="bottom"), pull(GRID, (-1.5, 0.2))]
     model = so.Model(GRID)
     together = model.solve_many(candidates, cases)
     alone = model.solve_many(candidates[count : count + 1], cases[:2])
-    np.testing.assert_array_equal(alone.positions[0], together.positions[count, :2])
-    np.testing.assert_array_equal(alone.status[0], together.status[count, :2])
-    np.testing.assert_array_equal(alone.energy[0], together.energy[count, :2])
+    reversed_few = model.solve_many(candidates[count::-1], cases[1::-1])
+    for other, number in ((alone, slice(None)), (reversed_few, slice(None, None, -1))):
+        np.testing.assert_array_equal(other.positions[0, number], together.positions[count, :2])
+        np.testing.assert_array_equal(other.status[0, number], together.status[count, :2])
+        np.testing.assert_array_equal(other.energy[0, number], together.energy[count, :2])
 
 
 @pytest.mark.parametrize(("length", "force"), [(2.0**-30, 2.0**20), (2.0**10, 2.0**-40), (2.0**3, 1.0), (1.0, 2.0**-7)])

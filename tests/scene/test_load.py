@@ -261,3 +261,10 @@ def test_a_reference_of_springs_without_an_equilibrium_says_how_it_ended(tmp_pat
     sentence = "an equilibrium in load case 'spin', but it ended as mechanism; add springs or change the load."
     with pytest.raises(SceneError, match=sentence):
         scene.build()
+
+
+def test_a_scene_says_which_branch_its_model_is_on(tmp_path):
+    cases = "[load_cases]\ntrain = [{ name = 'a', hold = 'left', push = { on = 'right', force = [0.1, 0.0] } }]\n"
+    assert load_scene(write(tmp_path, SMALL + cases)).build().model.branch == "minimum"
+    assert load_scene(write(tmp_path, 'branch = "followed"\n' + SMALL + cases)).build().model.branch == "followed"
+    assert "branch" in refusal(tmp_path, 'branch = "folowed"\n' + SMALL + cases)
