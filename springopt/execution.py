@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from springopt.budget import Budget
+from springopt.checks import Floats
 from springopt.errors import BudgetSpent, NoEquilibrium, PluginError, RecordBroken, SpringoptError
 from springopt.interrupt import Interrupted, held_interrupts
 from springopt.journal import Journal, run_path
@@ -145,7 +146,15 @@ def _result(order: Order, setup: Setup, problem: Problem, why: WhyStopped, path:
         why_stopped=why,
         history=meter.history,
         notes=problem.notes,
+        objective_of_present=_value_of_present(setup, point),
     )
+
+
+def _value_of_present(setup: Setup, point: Floats) -> float | None:
+    stiffness, present = setup.encoding.decode(point), setup.encoding.present(point)
+    if present[stiffness > 0].all():
+        return None
+    return float(setup.objective.evaluate(np.where(present, stiffness, 0.0)[None]).values[0])
 
 
 def _run_file(order: Order, setup: Setup, run: Run) -> RunFile:

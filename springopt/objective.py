@@ -109,9 +109,19 @@ class Objective:
         return value, total
 
     def residuals(self, stiffness: ArrayLike) -> Floats:
-        """The weighted coordinate differences (r,) whose half sum of squares is the least-squares value."""
+        """The weighted coordinate differences (r,), whatever the misfit; half their squares' sum is the least squares.
+
+        Flat from (training load cases, n, d). Raises NoEquilibrium.
+        """
         _, equilibria = self._equilibrium(stiffness)
         return (self._differences(equilibria)[0] * self._root_weights).ravel()
+
+    def value_of(self, residuals: Floats) -> float:
+        """The objective's value (in its own misfit, uncapped) where it has these residuals (r,)."""
+        roots = self._root_weights
+        weighted = residuals.reshape(len(roots), *self.model.lattice.nodes.shape)
+        differences = np.divide(weighted, roots, out=np.zeros_like(weighted), where=roots > 0)
+        return float((self._misfit.value(differences, self.smallest_rest_length) * self._training_weights).sum())
 
     def jacobian(self, stiffness: ArrayLike) -> tuple[Floats, Floats]:
         """The residuals (r,) and their derivatives (r, s) with respect to the stiffness; raises NoEquilibrium."""

@@ -18,8 +18,9 @@ NEEDS = {
     "binary": "a binary encoding",
     "real": "a real encoding",
     "gradient": "gradients",
-    "residuals": 'residuals (minimize = "least-squares")',
-    "jacobian": 'the Jacobian of residuals (minimize = "least-squares")',
+    "residuals": "residuals of an encoding with derivatives",
+    "jacobian": "the Jacobian of the residuals",
+    "objective": "the lattice, load cases and reference behind the numbers",
 }
 
 

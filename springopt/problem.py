@@ -28,6 +28,8 @@ class Encoding(Protocol):
     def lower(self) -> Floats: ...
     @property
     def upper(self) -> Floats: ...
+    @property
+    def differentiable(self) -> bool: ...
     def decode(self, points: ArrayLike) -> Floats: ...
     def pull_back(self, point: ArrayLike, gradient: ArrayLike) -> Floats: ...
     def sample(self, rng: np.random.Generator, count: int) -> Floats: ...
@@ -37,14 +39,13 @@ class Objective(Protocol):
     """What a problem needs of an objective, all of it in stiffness; see `springopt.objective`."""
 
     @property
-    def minimize(self) -> str: ...
-    @property
     def tolerance(self) -> float: ...
     @property
     def cases(self) -> Sequence[Any]: ...
     def evaluate(self, stiffness: Floats) -> Any: ...
     def gradient(self, stiffness: Floats) -> tuple[float, Floats]: ...
     def residuals(self, stiffness: Floats) -> Floats: ...
+    def value_of(self, residuals: Floats) -> float: ...
     def jacobian(self, stiffness: Floats) -> tuple[Floats, Floats]: ...
 
 
@@ -65,6 +66,7 @@ class Problem:
         size: how many numbers a point has.
         kind: "real", or "binary" where every number is 0 or 1.
         lower, upper: corners of the box, shape (size,), read-only.
+        objective, encoding: what an optimizer that uses the structure may read: lattice, load cases, reference.
         notes: by name, what the optimizer wants plotted, as (evaluations spent, number).
         meter: what was spent and the best, for whoever runs the optimizer.
     """
@@ -82,7 +84,7 @@ class Problem:
         self.kind = encoding.kind
         self.lower, self.upper = _read_only(encoding.lower), _read_only(encoding.upper)
         self.notes: dict[str, list[tuple[int, float]]] = {}
-        self._objective, self._encoding = objective, encoding
+        self.objective, self.encoding = objective, encoding
         training = sum(case.role == "train" for case in objective.cases)
         self._ledger = Ledger(budget, recorder, watch, tolerance=objective.tolerance, solves_each=training)
         self.meter = self._ledger.meter
@@ -90,8 +92,9 @@ class Problem:
     @property
     def supplies(self) -> frozenset[str]:
         """What an optimizer may need and gets here: the kind of box, and which derivatives."""
-        least_squares = {"residuals", "jacobian"} if self._objective.minimize == "least-squares" else set()
-        return frozenset({self.kind, "gradient"} | least_squares)
+        derivatives = {"gradient", "residuals", "jacobian"} if self.encoding.differentiable else set()
+        structure = {"objective"} if hasattr(self.objective, "model") else set()
+        return frozenset({self.kind} | derivatives | structure)
 
     @property
     def best_point(self) -> Floats | None:
@@ -118,7 +121,7 @@ class Problem:
 
     def sample(self, rng: np.random.Generator, count: int) -> Floats:
         """Points drawn uniformly from the box, shape (count, size); fair bits in a binary one."""
-        return self._encoding.sample(rng, count)
+        return self.encoding.sample(rng, count)
 
     def note(self, **numbers: float) -> None:
         """Keeps numbers that the optimizer wants plotted over the evaluations: a mutation rate, a temperature.
@@ -140,46 +143,50 @@ class Problem:
     def objectives(self, points: ArrayLike) -> Floats:
         """Several goals at once, shape (m, size) -> (m, 2): the value, and how many springs are present."""
         values = self.evaluate(points)
-        return np.column_stack([values, np.count_nonzero(self._encoding.decode(points), axis=1)])
+        return np.column_stack([values, np.count_nonzero(self.encoding.decode(points), axis=1)])
 
     def gradient(self, point: ArrayLike) -> tuple[float, Floats]:
         """Value and gradient, shape (size,), at a point; two evaluations. Raises NoEquilibrium."""
+        self._require_derivatives()
         return self._ledger.numbers("gradient", self._in_box(point, (self.size,)), self._solve_gradient, cost=2)
 
     def residuals(self, point: ArrayLike) -> Floats:
-        """Residuals, shape (r,), half of whose squares' sum is the value; one evaluation. Raises NoEquilibrium."""
-        self._require_least_squares()
+        """Residuals, shape (r,), as in `Objective.residuals`; one evaluation. Raises NoEquilibrium.
+
+        What counts as the point's value is the objective's own misfit, least squares or not.
+        """
+        self._require_derivatives()
         return self._ledger.numbers("residuals", self._in_box(point, (self.size,)), self._solve_residuals, cost=1)[1]
 
     def jacobian(self, point: ArrayLike) -> tuple[Floats, Floats]:
         """Residuals, shape (r,), and their Jacobian, shape (r, size); two evaluations. Raises NoEquilibrium."""
-        self._require_least_squares()
+        self._require_derivatives()
         _, joined = self._ledger.numbers("jacobian", self._in_box(point, (self.size,)), self._solve_jacobian, cost=2)
         table = joined.reshape(-1, 1 + self.size)
         return table[:, 0].copy(), table[:, 1:].copy()
 
     def _solve_values(self, points: Floats) -> tuple[Floats, NDArray[np.int8]]:
-        evaluation = self._objective.evaluate(self._encoding.decode(points))
+        evaluation = self.objective.evaluate(self.encoding.decode(points))
         return evaluation.values, evaluation.codes
 
     def _solve_gradient(self, point: Floats) -> tuple[float, Floats]:
-        value, gradient = self._objective.gradient(self._encoding.decode(point))
-        return float(value), self._encoding.pull_back(point, gradient)
+        value, gradient = self.objective.gradient(self.encoding.decode(point))
+        return float(value), self.encoding.pull_back(point, gradient)
 
     def _solve_residuals(self, point: Floats) -> tuple[float, Floats]:
-        residuals = self._objective.residuals(self._encoding.decode(point))
-        return 0.5 * float(residuals @ residuals), residuals
+        residuals = self.objective.residuals(self.encoding.decode(point))
+        return self.objective.value_of(residuals), residuals
 
     def _solve_jacobian(self, point: Floats) -> tuple[float, Floats]:
-        residuals, jacobian = self._objective.jacobian(self._encoding.decode(point))
-        joined = np.column_stack([residuals, self._encoding.pull_back(point, jacobian)])
-        return 0.5 * float(residuals @ residuals), joined.ravel()
+        residuals, jacobian = self.objective.jacobian(self.encoding.decode(point))
+        joined = np.column_stack([residuals, self.encoding.pull_back(point, jacobian)])
+        return self.objective.value_of(residuals), joined.ravel()
 
-    def _require_least_squares(self) -> None:
-        if "residuals" not in self.supplies:
+    def _require_derivatives(self) -> None:
+        if not self.encoding.differentiable:
             raise UserError(
-                f"residuals belong to the least-squares misfit, and this scene minimizes {self._objective.minimize}; "
-                'set minimize = "least-squares" in its objective, or choose an optimizer that needs no residuals.'
+                f"derivatives need an encoding that has them, and this scene's {self.kind} one has none; "
+                "give it a real encoding, or choose an optimizer that needs values alone."
             )
 
     def _in_box(self, points: ArrayLike, shape: tuple[int | str, ...]) -> Floats:

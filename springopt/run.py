@@ -42,7 +42,7 @@ class Run:
     solves: int
     seconds: float  #: on the wall, added up over resumes
     processor_seconds: float
-    stiffness: Floats  #: of the best candidate [force/length], shape (s,); 0 where a spring is absent
+    stiffness: Floats  #: of the best candidate [force/length], shape (s,); 0 where there is no spring
     point: Floats  #: the same as the optimizer sees it, shape (size,)
     classes: dict[str, Any]  #: its classes of springs, as the encoding describes them
     errors: list[dict[str, Any]]  #: one for each load case: name, role, distances, status
@@ -54,6 +54,8 @@ class Run:
     complete: bool  #: False if it was interrupted and can be resumed
     why_stopped: WhyStopped
     history: list[tuple[int, float]]  #: each improvement: evaluations spent, value
+    #: The objective with the present springs alone, where the threshold of the encoding would drop some.
+    objective_of_present: float | None = None
     notes: dict[str, list[tuple[int, float]]] = field(default_factory=dict)  #: what the optimizer noted, likewise
 
     def to_json(self) -> str:

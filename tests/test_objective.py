@@ -49,6 +49,13 @@ def test_the_jacobian_is_that_of_differences_and_agrees_with_the_gradient():
         np.testing.assert_allclose(jacobian[:, spring], difference / 2e-5, atol=1e-9)
 
 
+@pytest.mark.parametrize("minimize", MISFITS)
+def test_residuals_tell_the_value_in_every_misfit(minimize):
+    goal = objective(minimize, weights=[2.0, 0.0, 1.0])
+    value = goal.evaluate(STIFFNESS[None]).values[0]
+    assert goal.value_of(goal.residuals(STIFFNESS)) == pytest.approx(value, rel=1e-12)
+
+
 def test_a_reference_is_found_again_at_zero_cost_with_a_zero_gradient():
     goal = objective("least-squares")
     value, gradient = goal.gradient(np.full(GRID.spring_count, 5.0))

@@ -79,13 +79,12 @@ class TestRefusals:
         with pytest.raises(UserError, match="coordinate 1 of"):
             make_problem().gradient(asked[2])
 
-    def test_residuals_of_a_misfit_that_is_no_sum_of_squares(self):
-        problem = make_problem(bowl=Bowl(CENTER, minimize="distance"))
-        assert problem.supplies == {"real", "gradient"}
-        with pytest.raises(UserError, match="this scene minimizes distance"):
-            problem.residuals(CENTER)
-        with pytest.raises(UserError, match="this scene minimizes distance"):
-            problem.jacobian(CENTER)
+    def test_an_encoding_without_derivatives_supplies_none(self):
+        problem = make_problem(box=Box(np.zeros(SIZE), np.ones(SIZE), "binary"))
+        assert problem.supplies == {"binary"}
+        for ask in (problem.gradient, problem.residuals, problem.jacobian):
+            with pytest.raises(UserError, match="derivatives need an encoding that has them"):
+                ask(np.ones(SIZE))
 
 
 class TestBudget:

@@ -145,6 +145,7 @@ class TestSolve:
         ]
         assert sum(error["least_squares"] for error in run.errors[:2]) == pytest.approx(run.objective)
         assert run.stiffness.shape == run.point.shape == (20,)
+        assert run.objective_of_present != run.objective
         assert 0.0 < run.seconds < 60.0
         assert json.loads(run.to_json())["errors"][0]["status"] == "converged"
 

@@ -17,6 +17,8 @@ def print_run(run: Run) -> None:
     from springopt.report.tables import classes_table, errors_table
 
     click.echo(f"{run.scene}, {run.optimizer}, seed {run.seed}: objective {run.objective:.6g}")
+    if run.objective_of_present is not None:
+        click.echo(f"objective {run.objective_of_present:.6g} if only the springs above the threshold are kept")
     click.echo(
         f"{run.evaluations:,} evaluations, {run.solves:,} solves, {run.seconds:.1f} s "
         f"({run.processor_seconds:.1f} s of processor time); stopped by: {run.why_stopped}"

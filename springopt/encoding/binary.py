@@ -24,6 +24,7 @@ class Binary(Encoding):
 
     name: ClassVar[str] = "binary"
     kind: ClassVar[Literal["real", "binary"]] = "binary"
+    differentiable: ClassVar[bool] = False
 
     def __init__(self, lattice: SpringLattice, *, stiffness: ArrayLike = 5.0) -> None:
         count = require_springs(self.name, lattice.spring_count)

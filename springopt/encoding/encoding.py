@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from typing import ClassVar, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from springopt.checks import Floats, floats, require_shape
 from springopt.encoding.spring_classes import SpringClasses, summarize
@@ -19,12 +19,14 @@ class Encoding(ABC):
     Attributes:
         name: what a scene calls it.
         kind: "real" for a box of numbers, "binary" for bits (0 or 1, kept as floats).
+        differentiable: whether the stiffness has a derivative by the point; then `pull_back` applies it.
         lower, upper: corners of the box, shape (size,).
         classes: masks over the springs, shape (s,) each, that `describe` reports on.
     """
 
     name: ClassVar[str]
     kind: ClassVar[Literal["real", "binary"]] = "real"
+    differentiable: ClassVar[bool] = True
     lower: Floats
     upper: Floats
     classes: SpringClasses
@@ -38,6 +40,10 @@ class Encoding(ABC):
     def decode(self, points: ArrayLike) -> Floats:
         """Stiffness [force/length], shape (m, s), of points, shape (m, size); (s,) of a single point."""
 
+    def present(self, point: ArrayLike) -> NDArray[np.bool_]:
+        """Which springs (s,) a report of this point calls present."""
+        return self.decode(point) > 0
+
     @abstractmethod
     def pull_back(self, point: ArrayLike, gradient: ArrayLike) -> Floats:
         """The chain rule: derivatives by stiffness, shape (..., s), become derivatives by point, shape (..., size)."""
@@ -48,7 +54,7 @@ class Encoding(ABC):
 
     def describe(self, point: ArrayLike) -> dict[str, dict[str, float]]:
         """For each class of springs: how many there are and are present, their mean stiffness and its spread."""
-        return summarize(self.decode(point), self.classes)
+        return summarize(np.where(self.present(point), self.decode(point), 0.0), self.classes)
 
     def _points(self, points: ArrayLike) -> Floats:
         array = np.asarray(points, dtype=float)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from springopt.checks import Floats
 from springopt.encoding.encoding import Encoding, box, require_springs
@@ -17,10 +17,13 @@ from springopt.lattice import SpringLattice
 class Real(Encoding):
     """A spring is present where its number exceeds the threshold; section 4 of Bianchi et al. (2004).
 
+    The threshold acts when a result is reported: during the search a number is a stiffness, so that the objective has
+    derivatives everywhere and all optimizers minimize the same function.
+
     Args:
         lattice: the springs that may be present.
         lower, upper: interval of the stiffness [force/length], numbers or shape (s,).
-        threshold: a number up to this one means an absent spring, stiffness 0.
+        threshold: a spring whose number is at most this one is reported as absent.
     """
 
     name: ClassVar[str] = "real"
@@ -38,9 +41,12 @@ class Real(Encoding):
         self.classes = known_classes(lattice)
 
     def decode(self, points: ArrayLike) -> Floats:
-        numbers = self._points(points)
-        return np.where(numbers > self.threshold, numbers, 0.0)
+        return self._points(points).copy()
+
+    def present(self, point: ArrayLike) -> NDArray[np.bool_]:
+        """The springs (s,) above the threshold."""
+        return self._points(point) > self.threshold
 
     def pull_back(self, point: ArrayLike, gradient: ArrayLike) -> Floats:
-        """The derivative away from the threshold's jump: zero for an absent spring."""
-        return np.where(self._points(point) > self.threshold, np.asarray(gradient, dtype=float), 0.0)
+        """See `Encoding`."""
+        return np.asarray(gradient, dtype=float)

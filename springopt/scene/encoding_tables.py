@@ -34,7 +34,7 @@ class BinaryTable(_EncodingTable):
 
 
 class RealTable(_EncodingTable):
-    """A stiffness for every spring; a spring exists above the threshold."""
+    """A stiffness for every spring; the report keeps those above the threshold."""
 
     kind: Literal["real"]
     lower: float = 0.0

@@ -20,7 +20,6 @@ class Bowl:
     center: Floats  #: where the value is zero, shape (s,)
     cliff: float = np.inf
     cap: float = 1e6  #: value without an equilibrium
-    minimize: str = "least-squares"
     tolerance: float = 1e-8
     cases: tuple[Any, ...] = field(default=(SimpleNamespace(role="train"),))
 
@@ -32,12 +31,15 @@ class Bowl:
 
     def gradient(self, stiffness: Floats) -> tuple[float, Floats]:
         residuals = self.residuals(stiffness)
-        return 0.5 * float(np.square(residuals).sum()), residuals
+        return self.value_of(residuals), residuals
 
     def residuals(self, stiffness: Floats) -> Floats:
         if stiffness[0] > self.cliff:
             raise NoEquilibrium(f"there is no equilibrium where the first number is above {self.cliff:g}.")
         return stiffness - self.center
+
+    def value_of(self, residuals: Floats) -> float:
+        return 0.5 * float(np.square(residuals).sum())
 
     def jacobian(self, stiffness: Floats) -> tuple[Floats, Floats]:
         return self.residuals(stiffness), np.eye(len(stiffness))
@@ -54,6 +56,10 @@ class Box:
     @property
     def size(self) -> int:
         return len(self.lower)
+
+    @property
+    def differentiable(self) -> bool:
+        return self.kind == "real"
 
     def decode(self, points: ArrayLike) -> Floats:
         return np.asarray(points, dtype=float)
