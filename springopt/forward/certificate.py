@@ -28,6 +28,12 @@ TINY = 1e-150
 
 
 @njit(error_model="numpy")
+def safe_pivot(lane: Any, length: float, v: int) -> float:
+    """The share of its scale above which a pivot is beyond any error; `length` is that of a typical spring."""
+    return SAFE_PIVOT * lane[CONTRAST, v] + 100.0 * lane[LONGEST, v] / length
+
+
+@njit(error_model="numpy")
 def certify(plan: Any, state: Any, v: int) -> int:
     """The status of lane v at its stationary point, accepted and factorized.
 
@@ -36,33 +42,35 @@ def certify(plan: Any, state: Any, v: int) -> int:
     is to be 0.
     """
     lane = state.scalars
-    safe = SAFE_PIVOT * lane[CONTRAST, v] + 100.0 * lane[LONGEST, v] / plan.step_limit
-    if state.inertia[2, v] > safe:
-        return CONVERGED
+    safe = safe_pivot(lane, plan.step_limit, v)
     rounding = ROUNDING * (1.0 + _longest(state, v) / plan.step_limit)
     is_polished = lane[MARGIN, v] == 0.0
-    zero_count, vague_count, lowest_at, lowest, is_sure = 0, 0, -1, 0.0, True
+    zero_count, vague_count, lowest_at, lowest, is_surely_negative = 0, 0, -1, 0.0, True
     for at in range(len(state.inverse)):
         pivot, scale = pivot_of(plan, state.tangent, v, at), state.scale[at, v]
         if pivot > safe * scale:
             continue
+        if pivot == 0.0:
+            zero_count += 1
+            continue
         pivot_direction(plan, state.tangent, v, at, state.unknowns)
         stiffness = _stiffness_along(state, v, at)
-        error = rounding * stiffness + _change_ahead(plan, state, v)
-        if pivot < -rounding * stiffness and pivot < lowest * stiffness:
-            lowest_at, lowest, is_sure = at, pivot / stiffness, pivot < -error
-        if pivot <= error:
+        if abs(pivot) <= rounding * stiffness:
             zero_count += 1
-            if abs(pivot) > rounding * stiffness:
-                vague_count += 1
+            continue
+        is_sure = abs(pivot) > rounding * stiffness + _change_ahead(plan, state, v)
+        if not is_sure:
+            vague_count += 1
+        if pivot < lowest * stiffness:
+            lowest_at, lowest, is_surely_negative = at, pivot / stiffness, is_sure
     if lowest_at >= 0 and (is_polished or lowest < -WEAK):
         pivot_direction(plan, state.tangent, v, lowest_at, state.unknowns)
         lane[CURVATURE, v] = pivot_of(plan, state.tangent, v, lowest_at)
-        lane[FALLBACK, v] = UNSTABLE if is_sure else UNDERDETERMINED
+        lane[FALLBACK, v] = UNSTABLE if is_surely_negative else UNDERDETERMINED
         return SADDLE
-    if not is_polished and vague_count > 0:
+    if not is_polished and (vague_count > 0 or lowest_at >= 0):
         return VAGUE
-    return UNDERDETERMINED if zero_count > 0 else CONVERGED
+    return UNDERDETERMINED if zero_count + vague_count > 0 else CONVERGED
 
 
 @compiled

@@ -16,7 +16,7 @@ from springopt.effects.compile import compiled
 from springopt.effects.effect import call_kernel
 from springopt.effects.lanes import LANE_COUNT, absolute, fma, load, maximum, splat, store, where_greater
 from springopt.effects.springs import add_springs
-from springopt.forward.certificate import SADDLE, VAGUE, certify
+from springopt.forward.certificate import SADDLE, VAGUE, certify, safe_pivot
 from springopt.forward.factor import factorize, substitute
 from springopt.forward.state import (
     ACCEPTED,
@@ -47,7 +47,7 @@ from springopt.forward.state import (
     UNRELAXED,
     VERDICT,
 )
-from springopt.forward.status import ITERATION_LIMIT
+from springopt.forward.status import CONVERGED, ITERATION_LIMIT
 
 # What a pivot that is not positive is replaced by, in relation to its scale. Ten times less while steps are short:
 # a weak load is to move what hardly anything resists.
@@ -213,7 +213,11 @@ def judge_lanes(plan: Any, state: Any, answers: Any, tolerance: float, iteration
             _put_down(state, answers, v, ITERATION_LIMIT)
         elif lane[PHASE, v] == STUCK:
             _put_down(state, answers, v, int(lane[FALLBACK, v]))
-        elif lane[PHASE, v] == STARTING or lane[PHASE, v] == STALLED or _is_better(state, v):
+        elif (
+            lane[PHASE, v] == STARTING
+            or lane[PHASE, v] == STALLED
+            or _is_better(lane, state.unknowns, state.direction, v)
+        ):
             _accept(lane, v, tolerance)
         elif lane[PHASE, v] == STEPPING:
             lane[PHASE, v], lane[UNRELAXED, v] = RELAXING, lane[ENERGY, v]
@@ -244,12 +248,11 @@ def _force_scale(lane: Any, v: int) -> float:
 
 
 @njit(error_model="numpy")
-def _is_better(state: Any, v: int) -> bool:
-    lane = state.scalars
+def _is_better(lane: Any, unknowns: Any, direction: Any, v: int) -> bool:
     energy, last = lane[ENERGY, v], lane[LAST_ENERGY, v]
     noise = 16.0 * EPSILON * lane[MAGNITUDE, v]
     if lane[PHASE, v] == ESCAPING:
-        return energy < last - noise or (energy <= last + noise and _still_falls(state, v))
+        return energy < last - noise or (energy <= last + noise and _still_falls(lane, unknowns, direction, v))
     predicted = lane[STEP, v] * lane[LAST_SLOPE, v]
     if energy <= last + SUFFICIENT_DECREASE * predicted:
         return True
@@ -258,15 +261,15 @@ def _is_better(state: Any, v: int) -> bool:
 
 
 @njit(error_model="numpy")
-def _still_falls(state: Any, v: int) -> bool:
+def _still_falls(lane: Any, unknowns: Any, direction: Any, v: int) -> bool:
     """Whether the energy of an escape falls at the trial state; where it falls too little to be seen, the forces tell.
 
     At least a tenth as steep as the curvature at the saddle foretells.
     """
     slope = 0.0
-    for at in range(len(state.direction)):
-        slope -= state.unknowns[at, v] * state.direction[at, v]
-    return slope <= 0.1 * state.scalars[CURVATURE, v] * state.scalars[STEP, v]
+    for at in range(len(direction)):
+        slope -= unknowns[at, v] * direction[at, v]
+    return slope <= 0.1 * lane[CURVATURE, v] * lane[STEP, v]
 
 
 @njit(error_model="numpy")
@@ -313,14 +316,16 @@ def _find_directions(plan: Any, state: Any, tolerance: float) -> None:
     settle(plan, state, tolerance)
     for v in range(LANE_COUNT):
         if lane[PHASE, v] == CERTIFYING and lane[ACCEPTED, v] == 1.0:
-            lane[VERDICT, v] = certify(plan, state, v)
+            lane[VERDICT, v] = CONVERGED
+            if not state.inertia[2, v] > safe_pivot(lane, plan.step_limit, v):
+                lane[VERDICT, v] = certify(plan, state, v)
             if lane[VERDICT, v] == SADDLE:
                 for at in range(len(state.direction)):
                     state.direction[at, v] = state.unknowns[at, v]
                 measure_direction(state, v)
 
 
-@compiled
+@njit(error_model="numpy")
 def take_directions(state: Any) -> None:
     """The solutions in `unknowns` become the directions of accepted lanes; their slope and length."""
     direction, unknowns, residual, lane = state.direction, state.unknowns, state.residual, state.scalars
@@ -336,7 +341,7 @@ def take_directions(state: Any) -> None:
     store(lane, LONGEST, longest)
 
 
-@compiled
+@njit(error_model="numpy")
 def settle(plan: Any, state: Any, tolerance: float) -> None:
     """Lanes that get no further are to be certified, if they are at an equilibrium as far as digits go."""
     lane = state.scalars
@@ -369,23 +374,24 @@ def set_courses(plan: Any, state: Any, answers: Any) -> None:
         if lane[PHASE, v] == RELAXING:
             lane[RELAXATION, v] = min(1.0, plan.step_limit / max(lane[LONGEST, v], plan.step_limit))
         elif lane[ACCEPTED, v] == 1.0:
-            _set_course(plan, state, answers, v)
+            if lane[PHASE, v] == STALLED:
+                _put_down(state, answers, v, ITERATION_LIMIT)
+            elif lane[PHASE, v] == CERTIFYING and lane[VERDICT, v] >= 0.0:
+                _put_down(state, answers, v, int(lane[VERDICT, v]))
+            else:
+                has_bad_pivots = state.inertia[0, v] + state.inertia[1, v] > 0.0
+                _set_course(lane, plan.step_limit, has_bad_pivots, v)
 
 
+# Helpers that every lane calls take single arrays: numba counts the references of all that it hands over.
 @njit(error_model="numpy")
-def _set_course(plan: Any, state: Any, answers: Any, v: int) -> None:
-    """Lane v goes on from the state that was just accepted, or ends there."""
-    lane = state.scalars
+def _set_course(lane: Any, first_limit: float, has_bad_pivots: bool, v: int) -> None:
+    """Lane v goes on from the state that was just accepted."""
     limit = lane[STEP_LIMIT, v]
-    if lane[PHASE, v] == STALLED:
-        _put_down(state, answers, v, ITERATION_LIMIT)
+    if lane[PHASE, v] == CERTIFYING and lane[VERDICT, v] == VAGUE:
+        lane[MARGIN, v], lane[PHASE, v] = 0.0, STEPPING
     elif lane[PHASE, v] == CERTIFYING:
-        if lane[VERDICT, v] == VAGUE:
-            lane[MARGIN, v], lane[PHASE, v] = 0.0, STEPPING
-        elif lane[VERDICT, v] == SADDLE:
-            lane[PHASE, v], limit = ESCAPING, plan.step_limit
-        else:
-            _put_down(state, answers, v, int(lane[VERDICT, v]))
+        lane[PHASE, v], limit = ESCAPING, first_limit
     lane[IS_CAPPED, v] = 1.0 if lane[LONGEST, v] > limit or lane[PHASE, v] == ESCAPING else 0.0
     if lane[IS_CAPPED, v] == 1.0:
         lane[STRETCH, v] = limit / lane[LONGEST, v]
@@ -393,7 +399,7 @@ def _set_course(plan: Any, state: Any, answers: Any, v: int) -> None:
         lane[CURVATURE, v] *= lane[STRETCH, v] ** 2
         if lane[SLOPE, v] > 0.0:
             lane[STRETCH, v] = -lane[STRETCH, v]
-    elif lane[LONGEST, v] < SHORT * limit and state.inertia[0, v] + state.inertia[1, v] > 0.0:
+    elif lane[LONGEST, v] < SHORT * limit and has_bad_pivots:
         lane[REPLACEMENT, v] = max(0.1 * lane[REPLACEMENT, v], LEAST_REPLACEMENT)
     lane[LAST_SLOPE, v], lane[STEP, v] = lane[SLOPE, v] * lane[STRETCH, v], 1.0
 

@@ -23,13 +23,11 @@ from springopt.forward.newton import (
     RELAXING,
     USUAL_REPLACEMENT,
     measure_direction,
-    settle,
-    take_directions,
 )
 from springopt.forward.plan import Plan
 from springopt.forward.sensitivity import RIGID, spring_gradients
 from springopt.forward.solver import Solver
-from springopt.forward.sparse_kernels import arrive, depart
+from springopt.forward.sparse_kernels import aim, arrive, depart
 from springopt.forward.state import ACCEPTED, IDLE, JOB, PHASE, REPLACEMENT, VERDICT, Answers, Jobs
 from springopt.forward.status import CONVERGED, UNDERDETERMINED
 from springopt.forward.workspace import Workspace
@@ -178,8 +176,7 @@ class Search:
         is_moving = is_relaxing | (is_accepted & (state.scalars[PHASE] != CERTIFYING))
         if is_moving.any():
             self._solve_newton(is_moving)
-        take_directions(state)
-        settle(self.work.plan, state, tolerance)
+        aim(self.work.plan, state, tolerance)
         for lane in np.flatnonzero(is_accepted & (state.scalars[PHASE] == CERTIFYING)).tolist():
             self._certify(lane)
 

@@ -14,7 +14,16 @@ from springopt.effects.compile import compiled
 from springopt.effects.effect import call_kernel
 from springopt.effects.lanes import fma, load, splat, store
 from springopt.effects.springs import elongation, tension_per_length
-from springopt.forward.newton import judge_lanes, keep_accepted, move, refill, set_courses, sum_up
+from springopt.forward.newton import (
+    judge_lanes,
+    keep_accepted,
+    move,
+    refill,
+    set_courses,
+    settle,
+    sum_up,
+    take_directions,
+)
 from springopt.forward.state import ENERGY
 
 
@@ -42,6 +51,13 @@ def arrive(
     judge_lanes(plan, state, answers, tolerance, iteration_limit)
     keep_accepted(state)
     return waiting
+
+
+@compiled
+def aim(plan: Any, state: Any, tolerance: float) -> None:
+    """The solutions in `unknowns` become directions; lanes that get no further are to be certified."""
+    take_directions(state)
+    settle(plan, state, tolerance)
 
 
 @compiled
