@@ -13,12 +13,11 @@ from numpy.typing import NDArray
 from springopt.effects.compile import announce_compilation
 from springopt.effects.lanes import LANE_COUNT
 from springopt.forward.linear_kernels import linear_spring_gradients
-from springopt.forward.newton import EPSILON
 from springopt.forward.plan import Plan
 from springopt.forward.sensitivity import RIGID
 from springopt.forward.solver import Solver
 from springopt.forward.sparse import Search, candidate_ranges
-from springopt.forward.state import ENERGY, Answers, Jobs
+from springopt.forward.state import ENERGY, EPSILON, Answers, Jobs
 from springopt.forward.status import CONVERGED, ITERATION_LIMIT, MECHANISM, UNDERDETERMINED, UNSTABLE
 from springopt.forward.workspace import Workspace
 

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from springopt.effects.compile import compiled
 from springopt.effects.lanes import LANE_COUNT, splat
 from springopt.forward.batch import Group
+from springopt.forward.evaluation import evaluate
 from springopt.forward.factor import factorize
 from springopt.forward.linear import LinearEngine
-from springopt.forward.newton import evaluate
 from springopt.forward.plan import Plan
 from springopt.forward.sensitivity import RIGID
 from springopt.forward.sparse import Search, SparseEngine

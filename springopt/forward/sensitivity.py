@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from springopt.effects.compile import compiled
 from springopt.effects.lanes import LANE_COUNT, fma, load, splat, store
 from springopt.effects.springs import elongation, tension_per_length
+from springopt.forward.evaluation import evaluate
 from springopt.forward.factor import factorize, substitute
-from springopt.forward.newton import evaluate
 from springopt.forward.plan import Plan
 from springopt.forward.state import make_lanes
 

@@ -17,18 +17,25 @@ from springopt.effects.compile import announce_compilation
 from springopt.effects.lanes import LANE_COUNT
 from springopt.forward.certificate import SADDLE, certify_direction
 from springopt.forward.conjugate_gradients import solve_lanes
+from springopt.forward.courses import measure_direction
 from springopt.forward.engine import ITERATION_LIMIT
-from springopt.forward.newton import (
-    CERTIFYING,
-    RELAXING,
-    USUAL_REPLACEMENT,
-    measure_direction,
-)
 from springopt.forward.plan import Plan
+from springopt.forward.queue import USUAL_REPLACEMENT
 from springopt.forward.sensitivity import RIGID, spring_gradients
 from springopt.forward.solver import Solver
 from springopt.forward.sparse_kernels import aim, arrive, depart
-from springopt.forward.state import ACCEPTED, IDLE, JOB, PHASE, REPLACEMENT, VERDICT, Answers, Jobs
+from springopt.forward.state import (
+    ACCEPTED,
+    CERTIFYING,
+    IDLE,
+    JOB,
+    PHASE,
+    RELAXING,
+    REPLACEMENT,
+    VERDICT,
+    Answers,
+    Jobs,
+)
 from springopt.forward.status import CONVERGED, UNDERDETERMINED
 from springopt.forward.workspace import Workspace
 

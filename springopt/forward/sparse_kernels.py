@@ -14,16 +14,10 @@ from springopt.effects.compile import compiled
 from springopt.effects.effect import call_kernel
 from springopt.effects.lanes import fma, load, splat, store
 from springopt.effects.springs import elongation, tension_per_length
-from springopt.forward.newton import (
-    judge_lanes,
-    keep_accepted,
-    move,
-    refill,
-    set_courses,
-    settle,
-    sum_up,
-    take_directions,
-)
+from springopt.forward.courses import keep_accepted, move, set_courses, take_directions
+from springopt.forward.evaluation import sum_up
+from springopt.forward.judges import judge_lanes, settle
+from springopt.forward.queue import refill
 from springopt.forward.state import ENERGY
 
 

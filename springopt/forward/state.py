@@ -39,6 +39,17 @@ from springopt.effects.lanes import LANE_COUNT
 ) = range(27)
 
 IDLE = -1  # the job of a lane that has none
+# What the trial state of a lane is, as row PHASE says.
+(
+    STARTING,  # where its job begins, or begins again
+    STEPPING,  # a Newton step on from the accepted state
+    RELAXING,  # another step on from there, since that one was refused
+    CERTIFYING,  # balanced, a minimum or not
+    ESCAPING,  # a step down from a saddle
+    STALLED,  # the accepted state, since no step leads on
+    STUCK,  # the accepted state, a saddle that no step leads down from
+) = range(7)
+EPSILON = 2.0**-52
 
 
 class Jobs(NamedTuple):

@@ -1,0 +1,70 @@
+"""What the lanes need to know of their trial states: energy, residual, force scale and tangent."""
+
+from typing import Any
+
+from numba import njit
+
+from springopt.effects.effect import call_kernel
+from springopt.effects.lanes import absolute, fma, load, maximum, splat, store
+from springopt.effects.springs import add_springs
+from springopt.forward.state import ENERGY, FORCE_SCALE, MAGNITUDE, RESIDUAL
+
+
+@njit(error_model="numpy")
+def evaluate(plan: Any, state: Any) -> None:
+    """Energy, residual, force scale and tangent at the trial states of all lanes."""
+    d, lane, internal, zero = plan.dimension, state.scalars, state.internal, splat(0.0)
+    for row in range(len(state.tangent)):
+        store(state.tangent, row, zero)
+    for row in range(len(internal)):
+        store(internal, row, zero)
+    store(lane, ENERGY, zero)
+    add_springs(plan, state.stiffness, state.trial, internal, state.tangent, lane, state.delta)
+    for number in range(len(plan.kernels)):
+        parameters = plan.kernel_parameters[plan.kernel_begins[number] :]
+        body = (plan.nodes, parameters, plan.block_of, plan.first, plan.start)
+        blocks = (state.trial, internal, state.tangent, lane)
+        call_kernel(plan.kernels[number], d, len(plan.nodes), body + blocks)
+
+    sum_up(plan, state)
+    _pin(plan, state)
+
+
+@njit(error_model="numpy")
+def sum_up(plan: Any, state: Any) -> None:
+    """Energy less work, out-of-balance forces and force scale, from strain energy and internal forces."""
+    d, lane, unknowns, internal, forces = plan.dimension, state.scalars, state.unknowns, state.internal, state.forces
+    work, force_scale, largest = splat(0.0), splat(0.0), splat(0.0)
+    for row in range(len(forces)):
+        force = load(forces, row)
+        work = fma(force, load(state.trial, row), work)
+        force_scale = maximum(force_scale, absolute(force))
+    for row in plan.supported:
+        force_scale = maximum(force_scale, absolute(load(internal, row) - load(forces, row)))
+    for node in range(len(plan.block_of)):
+        block = plan.block_of[node]
+        if block >= 0:
+            for a in range(d):
+                row = node * d + a
+                store(unknowns, block * d + a, load(forces, row) - load(internal, row))
+    for at in plan.pinned:
+        store(unknowns, at, splat(0.0))
+    for at in range(len(unknowns)):
+        largest = maximum(largest, absolute(load(unknowns, at)))
+    strain = load(lane, ENERGY)
+    store(lane, MAGNITUDE, strain + absolute(work))
+    store(lane, ENERGY, strain - work)
+    store(lane, FORCE_SCALE, force_scale)
+    store(lane, RESIDUAL, largest)
+
+
+@njit(error_model="numpy")
+def _pin(plan: Any, state: Any) -> None:
+    """Take the pinned unknowns out of the tangent."""
+    d = plan.dimension
+    for row in plan.pinned_rows:
+        store(state.tangent, row, splat(0.0))
+    for at in plan.pinned:
+        block, a = at // d, at % d
+        diagonal = (plan.start[block] + block - plan.first[block]) * d * d + a * d + a
+        store(state.tangent, diagonal, load(state.scale, at))
