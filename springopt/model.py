@@ -33,6 +33,7 @@ class Model:
     engine: str | None = None
     #: Where there are several equilibria: the "minimum" that is found from rest, or the one "followed" by load steps.
     branch: str = MINIMUM
+    threads: int = 1  #: that share the candidates of a batch; the answers are the same to the bit
 
     def __post_init__(self) -> None:
         effects = (self.effects,) if isinstance(self.effects, Effect) else tuple(self.effects or ())
@@ -43,6 +44,8 @@ class Model:
                 )
         object.__setattr__(self, "effects", effects)
         require_known(self.kinematics, self.engine)
+        if not isinstance(self.threads, int) or self.threads < 1:
+            raise UserError(f"threads must be a whole number from 1 on, not {self.threads!r}.")
         if self.branch not in BRANCHES:
             hint = did_you_mean(self.branch, BRANCHES)
             raise UserError(f"branch must be one of {', '.join(BRANCHES)}, not {self.branch!r}.{hint}")
@@ -65,7 +68,7 @@ class Model:
 
     def find(self, groups: Sequence[Group], candidates: Floats, tolerance: float) -> Equilibria:
         """The equilibria of candidates (m, s) that were checked, on the model's branch."""
-        return find(groups, candidates, tolerance=tolerance, branch=self.branch)
+        return find(groups, candidates, tolerance=tolerance, branch=self.branch, threads=self.threads)
 
     def groups(self, cases: Sequence[LoadCase]) -> tuple[Group, ...]:
         """The load cases as the forward solve takes them, grouped by their supports."""

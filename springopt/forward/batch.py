@@ -2,18 +2,22 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from springopt.effects.effect import Effect
+from springopt.effects.lanes import LANE_COUNT
 from springopt.forward.choose import Choice, choose, make_engine
+from springopt.forward.counter import make_counter
 from springopt.forward.engine import Engine
 from springopt.forward.floating import net_forces_on_floating_parts
 from springopt.forward.followed import MINIMUM, follow
 from springopt.forward.plan import Plan, make_plan
 from springopt.forward.state import Answers, Jobs
 from springopt.forward.status import MECHANISM
+from springopt.forward.threads import run_all
 from springopt.lattice import SpringLattice
 from springopt.load_case import LoadCase
 
@@ -96,28 +100,45 @@ def constant_forces(lattice: SpringLattice, effects: Sequence[Effect]) -> NDArra
 
 
 def find(
-    groups: Sequence[Group], stiffness: NDArray[np.float64], *, tolerance: float, branch: str = MINIMUM
+    groups: Sequence[Group],
+    stiffness: NDArray[np.float64],
+    *,
+    tolerance: float,
+    branch: str = MINIMUM,
+    threads: int = 1,
 ) -> Equilibria:
-    """The equilibria of all candidates (m, s) under the load cases of all groups, on one of `followed.BRANCHES`."""
+    """The equilibria of all candidates (m, s) under the load cases of all groups, on one of `followed.BRANCHES`.
+
+    Threads share the work equilibrium by equilibrium (in large systems candidate by candidate); the answers are the
+    same to the bit whatever their number.
+    """
     candidate_count = len(stiffness)
     case_count = sum(len(group.cases) for group in groups)
     unknown_count = groups[0].plan.nodes.size if groups else 0
-    shape = (candidate_count, case_count)
-    equilibria = Equilibria(
+    equilibria = _make_equilibria((candidate_count, case_count), unknown_count)
+    jobs_of = [_balanced_jobs(group, stiffness, tolerance, equilibria) for group in groups]
+    for group, jobs, answers in zip(groups, jobs_of, _search(groups, jobs_of, tolerance, branch, threads), strict=True):
+        at = (jobs.candidate, group.cases[jobs.case])
+        equilibria.displacements[at] = answers.displacements
+        equilibria.codes[at] = answers.codes
+        equilibria.residuals[at] = answers.residuals
+        equilibria.energies[at] = answers.energies - group.work[jobs.case]
+        equilibria.iterations[at] = answers.iterations
+    return equilibria
+
+
+def _make_equilibria(shape: tuple[int, int], unknown_count: int) -> Equilibria:
+    return Equilibria(
         displacements=np.zeros((*shape, unknown_count)),
         codes=np.zeros(shape, dtype=np.int8),
         residuals=np.zeros(shape),
         energies=np.zeros(shape),
         iterations=np.zeros(shape, dtype=np.int64),
     )
-    for group in groups:
-        _find_group(group, stiffness, tolerance, branch, equilibria)
-    return equilibria
 
 
-def _find_group(
-    group: Group, stiffness: NDArray[np.float64], tolerance: float, branch: str, equilibria: Equilibria
-) -> None:
+def _balanced_jobs(group: Group, stiffness: NDArray[np.float64], tolerance: float, equilibria: Equilibria) -> Jobs:
+    """The jobs of a group; where loads push a floating part away there is none, and the answer is written at once."""
     plan = group.plan
     is_supported = np.zeros(plan.nodes.size, dtype=np.bool_)
     is_supported[plan.supported] = True
@@ -126,35 +147,48 @@ def _find_group(
     else:
         net = net_forces_on_floating_parts(plan.ends, stiffness, is_supported, group.forces, plan.dimension)
     is_mechanism = net > tolerance * np.abs(group.forces).max(axis=1, initial=0.0)
-    # Contiguous, or each layout would have the kernels compiled once more.
-    candidates, cases = map(np.ascontiguousarray, np.nonzero(~is_mechanism))
-    jobs = Jobs(candidates, cases, stiffness, group.forces, start=group.prescribed[cases])
-
-    def search(jobs: Jobs) -> Answers:
-        return _search(group.engine, jobs, tolerance)
-
-    has_branches = branch != MINIMUM and group.choice.engine != "linear"
-    answers = follow(plan, jobs, search) if has_branches else search(jobs)
-    at = (candidates, group.cases[cases])
     equilibria.displacements[:, group.cases] = group.prescribed
     equilibria.codes[:, group.cases] = MECHANISM
     equilibria.residuals[:, group.cases] = net
-    equilibria.displacements[at] = answers.displacements
-    equilibria.codes[at] = answers.codes
-    equilibria.residuals[at] = answers.residuals
-    equilibria.energies[at] = answers.energies - group.work[cases]
-    equilibria.iterations[at] = answers.iterations
+    # Contiguous, or each layout would have the kernels compiled once more.
+    candidates, cases = map(np.ascontiguousarray, np.nonzero(~is_mechanism))
+    return Jobs(candidates, cases, stiffness, group.forces, group.prescribed[cases], make_counter())
 
 
-def _search(engine: Engine, jobs: Jobs, tolerance: float) -> Answers:
-    """The minimum that each job descends to from its start."""
-    count, size = jobs.start.shape
-    answers = Answers(
+def _search(
+    groups: Sequence[Group], jobs_of: Sequence[Jobs], tolerance: float, branch: str, threads: int
+) -> list[Answers]:
+    """The answers to the jobs of each group."""
+    if branch == MINIMUM:
+        return _descend([group.engine for group in groups], jobs_of, tolerance, threads)
+
+    def on_branch(group: Group, jobs: Jobs) -> Answers:
+        def search(jobs: Jobs) -> Answers:
+            return _descend([group.engine], [jobs], tolerance, threads)[0]
+
+        return search(jobs) if group.choice.engine == "linear" else follow(group.plan, jobs, search)
+
+    return [on_branch(*pair) for pair in zip(groups, jobs_of, strict=True)]
+
+
+def _descend(engines: Sequence[Engine], jobs_of: Sequence[Jobs], tolerance: float, threads: int) -> list[Answers]:
+    """The minima that the jobs descend to from their starts."""
+    answers_of = [_make_answers(*jobs.start.shape) for jobs in jobs_of]
+    tasks = [
+        partial(engine.find, jobs, answers, tolerance)
+        for engine, jobs, answers in zip(engines, jobs_of, answers_of, strict=True)
+    ]
+    most = max((len(jobs.case) for jobs in jobs_of), default=0)
+    # A thread that is done with its tasks joins the others in theirs, where there is work for it.
+    run_all(tasks * min(threads, 1 + most // LANE_COUNT), threads)
+    return answers_of
+
+
+def _make_answers(count: int, size: int) -> Answers:
+    return Answers(
         displacements=np.zeros((count, size)),
         codes=np.zeros(count, dtype=np.int8),
         residuals=np.zeros(count),
         energies=np.zeros(count),
         iterations=np.zeros(count, dtype=np.int64),
     )
-    engine.find(jobs, answers, tolerance)
-    return answers

@@ -16,7 +16,10 @@ class Engine(Protocol):
     """All engines search by the same rules, so that they end in the same minimum; see `newton`."""
 
     def find(self, jobs: Jobs, answers: Answers, tolerance: float) -> None:
-        """Answer the jobs, which are sorted by candidate; `tolerance` as in `Model.solve`."""
+        """Answer the jobs, which are sorted by candidate; `tolerance` as in `Model.solve`.
+
+        Threads that call it at the same time with the same jobs and answers share the work.
+        """
 
     def gradients(self, stiffness: Floats, displacements: Floats, loads: Floats) -> Floats:
         """d(g . u)/dk for each load case, shape (g, s).

@@ -16,7 +16,7 @@ from springopt.forward.linear_kernels import linear_spring_gradients
 from springopt.forward.plan import Plan
 from springopt.forward.sensitivity import RIGID
 from springopt.forward.solver import Solver
-from springopt.forward.sparse import Search, candidate_ranges
+from springopt.forward.sparse import Search, candidates_of
 from springopt.forward.state import ENERGY, EPSILON, Answers, Jobs
 from springopt.forward.status import CONVERGED, ITERATION_LIMIT, MECHANISM, UNDERDETERMINED, UNSTABLE
 from springopt.forward.workspace import Workspace
@@ -36,9 +36,9 @@ class LinearEngine:
         """See `Engine`; an answer takes one iteration."""
         announce_compilation(linear_spring_gradients)
         system = _System.of(self)
-        for begin, end in candidate_ranges(jobs):
-            system.factorize(jobs.stiffness[jobs.candidate[begin]])
-            for few in _eights(begin, end):
+        for all_cases in candidates_of(jobs):
+            system.factorize(jobs.stiffness[jobs.candidate[all_cases.start]])
+            for few in _eights(all_cases.start, all_cases.stop):
                 forces, prescribed = jobs.forces[jobs.case[few]], jobs.start[few]
                 system.answer(forces, prescribed, answers.part(few), tolerance)
 

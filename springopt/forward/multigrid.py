@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -30,6 +31,8 @@ SOUGHT = 4  # eigenvalues at once, so that near ones do not hide behind each oth
 SEARCH_LIMIT = 200
 # Makes a tangent at rest that is singular solvable; a preconditioner may be off by that much.
 REST_SHIFT = 1e-8
+# Of which warnings show, and of NumPy's global random numbers, all threads together have one.
+_SETTINGS = Lock()
 
 
 @dataclass(eq=False)
@@ -56,7 +59,7 @@ class Multigrid:
         from pyamg import smoothed_aggregation_solver
 
         matrix = whole_matrix(self.pattern, self.entries, self.scale, REST_SHIFT)
-        with _same_random_numbers():
+        with _SETTINGS, _same_random_numbers():
             hierarchy = smoothed_aggregation_solver(csr_matrix(matrix), B=self.modes, symmetry="symmetric")
         self._cycle = hierarchy.aspreconditioner(cycle="V")
 
@@ -96,7 +99,7 @@ class Eigenpairs:
         size = len(self.scale)
         start = np.random.default_rng(0).normal(size=(size, min(SOUGHT, size)))
         preconditioner = LinearOperator((size, size), matvec=self._precondition, matmat=self._precondition)
-        with warnings.catch_warnings():
+        with _SETTINGS, warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # what it found is judged below
             scale = diags_array(self.scale)
             values, vectors = lobpcg(

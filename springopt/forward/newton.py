@@ -2,9 +2,9 @@
 
 Each lane carries one equilibrium: evaluate energy, residual and tangent at a trial state; accept it or shorten the
 step; factorize and step on. A lane that is done takes up the next job at once, so a stubborn equilibrium holds up no
-other. Steps are accepted by the energy, so the search descends to a minimum; it ends only where the tangent's inertia
-certifies one. At a stationary point with a negative pivot it goes on along the direction of negative curvature that
-the factor yields.
+other; threads draw from the same jobs. Steps are accepted by the energy, so the search descends to a minimum; it ends
+only where the tangent's inertia certifies one. At a stationary point with a negative pivot it goes on along the
+direction of negative curvature that the factor yields.
 """
 
 from typing import Any
@@ -19,18 +19,14 @@ from springopt.forward.evaluation import evaluate
 from springopt.forward.factor import factorize, substitute
 from springopt.forward.judges import judge_lanes, settle
 from springopt.forward.queue import refill
-from springopt.forward.state import ACCEPTED, CERTIFYING, IDLE, JOB, PHASE, REPLACEMENT, VERDICT
+from springopt.forward.state import ACCEPTED, CERTIFYING, PHASE, REPLACEMENT, VERDICT
 from springopt.forward.status import CONVERGED
 
 
 @compiled
 def find_equilibria(plan: Any, jobs: Any, state: Any, answers: Any, tolerance: float, iteration_limit: int) -> None:
     """Answer all jobs. `tolerance` is relative to the largest force: loads, reactions and prestress."""
-    waiting = 0
-    while True:
-        waiting = refill(plan, jobs, state, waiting)
-        if state.scalars[JOB].max() == IDLE:
-            return
+    while refill(plan, jobs, state):
         evaluate(plan, state)
         judge_lanes(plan, state, answers, tolerance, iteration_limit)
         keep_accepted(state)

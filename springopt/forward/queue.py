@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 
 from springopt.effects.lanes import LANE_COUNT
+from springopt.forward.counter import draw
 from springopt.forward.state import (
     CONTRAST,
     IDLE,
@@ -30,13 +31,16 @@ USUAL_MARGIN = 1e-2
 
 
 @njit(error_model="numpy")
-def refill(plan: Any, jobs: Any, state: Any, waiting: int) -> int:
-    """Idle lanes take up the waiting jobs; returns the first that still waits."""
+def refill(plan: Any, jobs: Any, state: Any) -> bool:
+    """Idle lanes take up waiting jobs; whether any lane has one."""
+    is_busy = False
     for v in range(LANE_COUNT):
-        if state.scalars[JOB, v] == IDLE and waiting < len(jobs.case):
-            _take_up(plan, jobs, state, v, waiting)
-            waiting += 1
-    return waiting
+        if state.scalars[JOB, v] == IDLE:
+            job = draw(jobs.taken, len(jobs.case))
+            if job >= 0:
+                _take_up(plan, jobs, state, v, job)
+        is_busy |= state.scalars[JOB, v] != IDLE
+    return is_busy
 
 
 @njit(error_model="numpy")

@@ -17,6 +17,7 @@ from springopt.effects.compile import announce_compilation
 from springopt.effects.lanes import LANE_COUNT
 from springopt.forward.certificate import SADDLE, certify_direction
 from springopt.forward.conjugate_gradients import solve_lanes
+from springopt.forward.counter import draw
 from springopt.forward.courses import measure_direction
 from springopt.forward.engine import ITERATION_LIMIT
 from springopt.forward.plan import Plan
@@ -57,9 +58,8 @@ class SparseEngine:
         """See `Engine`."""
         announce_compilation(arrive)
         search = Search.of(self.plan, self.solver)
-        for begin, end in candidate_ranges(jobs):
-            few = jobs.part(slice(begin, end))
-            search.run(few, answers.part(slice(begin, end)), tolerance)
+        for few in candidates_of(jobs):
+            search.run(jobs.part(few), answers.part(few), tolerance)
 
     def gradients(self, stiffness: Floats, displacements: Floats, loads: Floats) -> Floats:
         """See `Engine`."""
@@ -97,10 +97,11 @@ class SparseEngine:
         return answers
 
 
-def candidate_ranges(jobs: Jobs) -> Iterator[tuple[int, int]]:
-    """Where the jobs of each candidate begin and end."""
-    edges = np.flatnonzero(np.diff(jobs.candidate, prepend=-1, append=-1))
-    yield from zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True)
+def candidates_of(jobs: Jobs) -> Iterator[slice]:
+    """The jobs of one candidate after the other, as long as no thread has taken them."""
+    edges = np.flatnonzero(np.diff(jobs.candidate, prepend=-1, append=-1)).tolist()
+    while (number := draw(jobs.taken, len(edges) - 1)) >= 0:
+        yield slice(edges[number], edges[number + 1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,11 +121,7 @@ class Search:
         """Answer all jobs, which are those of one candidate."""
         plan, state = self.work.plan, self.work.state
         self.factorize_rest(jobs.stiffness[jobs.candidate[0]])
-        waiting = 0
-        while True:
-            waiting = arrive(plan, jobs, state, self.work.tangents, answers, waiting, tolerance, ITERATION_LIMIT)
-            if state.scalars[JOB].max() == IDLE and waiting == len(jobs.case):
-                return
+        while arrive(plan, jobs, state, self.work.tangents, answers, tolerance, ITERATION_LIMIT):
             self._find_directions(tolerance)
             depart(plan, state, answers)
 

@@ -35,16 +35,16 @@ def arrive(
     state: Any,
     tangents: Any,
     answers: Any,
-    waiting: int,
     tolerance: float,
     iteration_limit: int,
-) -> int:
-    """Lanes take up jobs, are evaluated at their trial states, and judged; returns the first job that still waits."""
-    waiting = refill(plan, jobs, state, waiting)
+) -> bool:
+    """Lanes take up jobs, are evaluated at their trial states, and judged; False when all jobs are done."""
+    if not refill(plan, jobs, state):
+        return False
     evaluate_forces(plan, state, tangents)
     judge_lanes(plan, state, answers, tolerance, iteration_limit)
     keep_accepted(state)
-    return waiting
+    return True
 
 
 @compiled

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from springopt.effects.lanes import LANE_COUNT
+from springopt.forward.counter import make_counter
 
 # Rows of `Lanes.scalars`: what the search remembers of each lane.
 (
@@ -53,17 +54,22 @@ EPSILON = 2.0**-52
 
 
 class Jobs(NamedTuple):
-    """Which equilibria to find: job q is candidate `candidate[q]` under load case `case[q]`."""
+    """Which equilibria to find: job q is candidate `candidate[q]` under load case `case[q]`.
+
+    Threads that are given the same jobs share them.
+    """
 
     candidate: NDArray[np.int64]  # (jobs,)
     case: NDArray[np.int64]  # (jobs,)
     stiffness: NDArray[np.float64]  # (m, s)
     forces: NDArray[np.float64]  # (cases, n d)
     start: NDArray[np.float64]  # (jobs, n d), displacements to search from; those of the supports stay
+    taken: NDArray[np.int64]  # a counter of those that were taken up, or of their candidates
 
     def part(self, few: slice) -> "Jobs":
-        """A few of the jobs."""
-        return self._replace(candidate=self.candidate[few], case=self.case[few], start=self.start[few])
+        """A few of the jobs, all still to be taken up."""
+        candidate, case, start = self.candidate[few], self.case[few], self.start[few]
+        return Jobs(candidate, case, self.stiffness, self.forces, start, make_counter())
 
 
 class Answers(NamedTuple):
