@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 import time
+import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import asdict
 from pathlib import Path
@@ -21,6 +22,7 @@ from springopt.meter import Meter
 from springopt.optimizer import Optimizer, require_supplies
 from springopt.problem import Problem
 from springopt.run import Order, Run, WhyStopped
+from springopt.start import label
 from springopt.store import RunFile, write
 
 if TYPE_CHECKING:
@@ -32,21 +34,30 @@ PROGRESS_SECONDS = 0.1
 
 
 def execute(
-    order: Order, setup: Setup, optimizer: Optimizer, journal: Journal | None = None, progress: Progress | None = None
+    order: Order,
+    setup: Setup,
+    optimizer: Optimizer,
+    journal: Journal | None = None,
+    *,
+    start: Optimizer | None = None,
+    progress: Progress | None = None,
 ) -> Run:
-    """Runs the optimizer to its end; with a journal, the run file takes its place then."""
+    """Runs the start, if there is one, and then the optimizer to its end; a run file takes the journal's place then."""
     with held_interrupts() as pressed:
         budget, watch = Budget(**order.budget), _watcher(progress, pressed)
         problem = Problem(setup.objective, setup.encoding, budget, journal, watch=watch)
-        require_supplies(optimizer, problem.supplies)
-        _compile(setup, optimizer)
+        for ready in (start, optimizer):
+            if ready:
+                require_supplies(ready, problem.supplies)
+                _compile(setup, ready)
         problem.meter.clock.set(0.0, 0.0)
-        with _blamed_on(optimizer, journal):
-            why = _minimize(optimizer, problem, np.random.default_rng(order.seed))
+        why = _begin(start, optimizer, problem, order.seed, journal) if start else None
+        if why is None:
+            why = _minimize(optimizer, problem, np.random.default_rng(order.seed), journal)
         if progress:
             _tell(progress, problem.meter)
         path = run_path(journal.path) if journal else None
-        run = _result(order, setup, problem, why, path)
+        run = _result(order, setup, problem, why, path, start)
         if journal and path:
             write(path, _run_file(order, setup, run), journal.answers())
             journal.delete()
@@ -64,11 +75,34 @@ def _compile(setup: Setup, optimizer: Optimizer) -> None:
             setup.objective.jacobian(stiffness)
 
 
-def _minimize(optimizer: Optimizer, problem: Problem, rng: np.random.Generator) -> WhyStopped:
+def _begin(
+    start: Optimizer, optimizer: Optimizer, problem: Problem, seed: int, journal: Journal | None
+) -> WhyStopped | None:
+    """Has the start find the optimizer's first guess; says why where the run ends with it, else None.
+
+    The optimizer draws what it would draw without a start: this one has a stream of its own.
+    """
+    why = _minimize(start, problem, np.random.default_rng([seed, 1]), journal)
+    if why == "budget":
+        warnings.warn(
+            f"the start {label(start)} spent the whole budget, and {optimizer.name} never began; "
+            "give more budget, or a start that ends by itself.",
+            RuntimeWarning,
+            stacklevel=4,
+        )
+    if why != "optimizer finished":
+        return why
+    if problem.best_point is not None:
+        problem.start_at(problem.best_point)
+    return None
+
+
+def _minimize(optimizer: Optimizer, problem: Problem, rng: np.random.Generator, journal: Journal | None) -> WhyStopped:
     meter = problem.meter
     try:
-        optimizer.minimize(problem, rng)
-        spent = meter.room() < 1
+        with _blamed_on(optimizer, journal):
+            optimizer.minimize(problem, rng)
+        spent = problem.budget_left < 1  # recorded under a time limit, so that a resumed run ends or goes on alike
     except BudgetSpent:
         spent = True
     except RecordBroken as broken:
@@ -118,7 +152,9 @@ def _tell(progress: Progress, meter: Meter) -> None:
     progress(meter.evaluations, meter.budget.evaluations, meter.best_value, meter.clock.read()[0])
 
 
-def _result(order: Order, setup: Setup, problem: Problem, why: WhyStopped, path: Path | None) -> Run:
+def _result(
+    order: Order, setup: Setup, problem: Problem, why: WhyStopped, path: Path | None, start: Optimizer | None
+) -> Run:
     meter, point = problem.meter, problem.best_point
     if point is None:
         raise PluginError(
@@ -138,6 +174,7 @@ def _result(order: Order, setup: Setup, problem: Problem, why: WhyStopped, path:
         classes=setup.encoding.describe(point),
         errors=[asdict(error) | {"status": str(error.status)} for error in setup.objective.errors(stiffness)],
         optimizer=order.optimizer,
+        start=label(start) if start else None,
         options=order.options,
         scene=setup.scene.name,
         seed=order.seed,

@@ -14,6 +14,7 @@ from springopt.forward.batch import Equilibria, Group, constant_forces, find, gr
 from springopt.forward.choose import require_known
 from springopt.forward.followed import BRANCHES, MINIMUM
 from springopt.forward.sensitivity import tangents
+from springopt.forward.spring_forces import forces_per_stiffness
 from springopt.forward.status import STATUSES, Status
 from springopt.lattice import SpringLattice
 from springopt.load_case import LoadCase
@@ -49,7 +50,7 @@ class Model:
         if self.branch not in BRANCHES:
             hint = did_you_mean(self.branch, BRANCHES)
             raise UserError(f"branch must be one of {', '.join(BRANCHES)}, not {self.branch!r}.{hint}")
-        constant_forces(self.lattice, effects)  # refuses options that do not fit the lattice, here and not later
+        self.constant_forces()  # refuses options that do not fit the lattice, here and not later
 
     def solve(self, stiffness: ArrayLike, cases: Sequence[LoadCase], tolerance: float = TOLERANCE) -> "Solution":
         """The equilibria of one candidate, stiffness [force/length] (s,), where 0 is no spring.
@@ -69,6 +70,16 @@ class Model:
     def find(self, groups: Sequence[Group], candidates: Floats, tolerance: float) -> Equilibria:
         """The equilibria of candidates (m, s) that were checked, on the model's branch."""
         return find(groups, candidates, tolerance=tolerance, branch=self.branch, threads=self.threads)
+
+    def forces_per_stiffness(self, positions: ArrayLike) -> Floats:
+        """What each spring pulls its first node with at positions (c, n, d), over its stiffness [length], (c, s, d)."""
+        shape = ("c", *self.lattice.nodes.shape)
+        displacements = require_shape("positions", floats("positions", positions), shape) - self.lattice.nodes
+        return forces_per_stiffness(self.lattice, displacements, self.kinematics)
+
+    def constant_forces(self) -> Floats:
+        """The sum of what the effects bring as constant nodal forces [force], shape (n, d)."""
+        return constant_forces(self.lattice, self.effects)
 
     def groups(self, cases: Sequence[LoadCase]) -> tuple[Group, ...]:
         """The load cases as the forward solve takes them, grouped by their supports."""

@@ -15,6 +15,7 @@ from springopt.forward.status import STATUSES, Status, has_equilibrium
 from springopt.load_case import LoadCase
 from springopt.misfit import MISFITS, Misfit
 from springopt.model import TOLERANCE, Model, Solution
+from springopt.reference import Reference
 
 #: The cost cap, in misfits of a body whose every node is off by this many times its size.
 CAP_SIZES = 100.0
@@ -57,6 +58,7 @@ class Objective:
     tolerance: float = TOLERANCE  #: of the forward solve
     #: The value of a candidate without an equilibrium, before its grading; values above it are cut down to it.
     cost_cap: float | None = None
+    reference: Reference | None = None  #: what gave the positions, for those that learn from its material, too
 
     def __post_init__(self) -> None:
         shape = (len(self.cases), *self.model.lattice.nodes.shape)

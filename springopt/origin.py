@@ -18,31 +18,38 @@ _LIBRARIES = ("springopt", "numpy", "scipy", "numba")
 _BESIDE_THE_ANSWERS = ("cli", "report", "testing")
 
 
-def this_origin(optimizer: type[Optimizer]) -> dict[str, str]:
+def this_origin(optimizer: type[Optimizer], start: type[Optimizer] | None = None) -> dict[str, str]:
     """Versions of whatever takes part in the arithmetic, and the type of processor.
 
     Of springopt the sources count too, for one that is worked on. Of an optimizer they do not, so that a run which it
     broke goes on once it is mended: the questions on record tell whether it still does the same.
     """
-    distribution = distribution_of(optimizer)
     return {
         "python": ".".join(platform.python_version_tuple()[:2]),
         **{name: _version(name) for name in _LIBRARIES},
         "springopt's sources": _sources(),
-        "the optimizer of": f"{distribution.name} {distribution.version}" if distribution else "no distribution",
+        "the optimizer of": _distribution(optimizer),
+        **({"the start of": _distribution(start)} if start else {}),
         "processor": _processor(),
     }
 
 
-def require_this_origin(origin: Mapping[str, str], what: str, optimizer: type[Optimizer]) -> None:
+def require_this_origin(
+    origin: Mapping[str, str], what: str, optimizer: type[Optimizer], start: type[Optimizer] | None = None
+) -> None:
     """Refuses to go on with what was made by another build or on another type of processor."""
-    here = this_origin(optimizer)
+    here = this_origin(optimizer, start)
     for name in here:
         if origin.get(name) != here[name]:
             raise RunFileError(
                 f"{what} was made with {name} {origin.get(name, 'unknown')} and here it is {here[name]}, where answers "
                 "need not be the same to the last bit; resume it there, or start a new run."
             )
+
+
+def _distribution(optimizer: type[Optimizer]) -> str:
+    distribution = distribution_of(optimizer)
+    return f"{distribution.name} {distribution.version}" if distribution else "no distribution"
 
 
 def _version(distribution: str) -> str:

@@ -31,6 +31,7 @@ class Encoding(Protocol):
     @property
     def differentiable(self) -> bool: ...
     def decode(self, points: ArrayLike) -> Floats: ...
+    def encode(self, stiffness: ArrayLike) -> Floats: ...
     def pull_back(self, point: ArrayLike, gradient: ArrayLike) -> Floats: ...
     def sample(self, rng: np.random.Generator, count: int) -> Floats: ...
 
@@ -85,6 +86,8 @@ class Problem:
         self.lower, self.upper = _read_only(encoding.lower), _read_only(encoding.upper)
         self.notes: dict[str, list[tuple[int, float]]] = {}
         self.objective, self.encoding = objective, encoding
+        self._start: Floats | None = None
+        self._start_is_due = False
         training = sum(case.role == "train" for case in objective.cases)
         self._ledger = Ledger(budget, recorder, watch, tolerance=objective.tolerance, solves_each=training)
         self.meter = self._ledger.meter
@@ -95,6 +98,16 @@ class Problem:
         derivatives = {"gradient", "residuals", "jacobian"} if self.encoding.differentiable else set()
         structure = {"objective"} if hasattr(self.objective, "model") else set()
         return frozenset({self.kind} | derivatives | structure)
+
+    @property
+    def start(self) -> Floats | None:
+        """A first guess, shape (size,), that the run was given and that was already asked; None without one."""
+        return None if self._start is None else self._start.copy()
+
+    def start_at(self, point: ArrayLike) -> None:
+        """Gives the optimizer that follows a first guess: `start`, and the first point of its first `sample`."""
+        self._start = self._in_box(point, (self.size,)).copy()
+        self._start_is_due = True
 
     @property
     def best_point(self) -> Floats | None:
@@ -120,8 +133,14 @@ class Problem:
         return self._ledger.room()
 
     def sample(self, rng: np.random.Generator, count: int) -> Floats:
-        """Points drawn uniformly from the box, shape (count, size); fair bits in a binary one."""
-        return self.encoding.sample(rng, count)
+        """Points drawn uniformly from the box, shape (count, size); fair bits in a binary one.
+
+        Where there is a start, it takes the place of the first point of the first call.
+        """
+        points = self.encoding.sample(rng, count)
+        if self._start_is_due and count:
+            points[0], self._start_is_due = self._start, False
+        return points
 
     def note(self, **numbers: float) -> None:
         """Keeps numbers that the optimizer wants plotted over the evaluations: a mutation rate, a temperature.

@@ -24,6 +24,7 @@ class Order:
     seed: int
     budget: dict[str, Any]  #: the fields of a Budget
     origin: dict[str, str]  #: see `springopt.origin`
+    start: dict[str, Any] | None = None  #: name and options of what runs first, see `springopt.start`
 
     def to_json(self) -> str:
         return json.dumps(asdict(self))
@@ -57,6 +58,12 @@ class Run:
     #: The objective with the present springs alone, where the threshold of the encoding would drop some.
     objective_of_present: float | None = None
     notes: dict[str, list[tuple[int, float]]] = field(default_factory=dict)  #: what the optimizer noted, likewise
+    start: str | None = None  #: the optimizer that ran first, or the run whose best point was the first guess
+
+    @property
+    def method(self) -> str:
+        """The optimizer and where it began, for people."""
+        return f"{self.optimizer} from {self.start}" if self.start else self.optimizer
 
     def to_json(self) -> str:
         """The run as one JSON object; numbers that are not finite are null."""

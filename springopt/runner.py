@@ -19,6 +19,7 @@ from springopt.options import make_optimizer
 from springopt.origin import require_this_origin, this_origin
 from springopt.registry import installed, load_optimizer
 from springopt.run import Order, Run
+from springopt.start import EarlierRun, is_run, load_start, read_start, require_fits
 from springopt.store import read, read_answers, require_same_run
 
 if TYPE_CHECKING:
@@ -31,6 +32,7 @@ def solve(
     scene: Scene | str | os.PathLike[str] = "paper-fem-2d",
     optimizer: str | Optimizer = "paper-ga",
     *,
+    start: str | os.PathLike[str] | Optimizer | None = None,
     seed: int = 0,
     evaluations: int | None = None,
     seconds: float | None = None,
@@ -47,6 +49,8 @@ def solve(
     Args:
         scene: a scene, its path, or the name of a bundled one.
         optimizer: its name, or one made ready.
+        start: what gives the optimizer its first guess: another one that runs first, on the same budget, until it is
+            content (its name, or one made ready), or a run file whose best point it is.
         seed: of all randomness.
         evaluations, seconds, solves, target: see `Budget`; without any of them the scene's own budget holds.
         options: of a named optimizer, over those of the scene.
@@ -59,6 +63,7 @@ def solve(
     if isinstance(scene, str | os.PathLike):
         scene = load_scene(scene)
     optimizer = _ready(optimizer, scene, options)
+    first = None if start is None else _first(start, scene)
     limits: dict[str, Any] = {"evaluations": evaluations, "seconds": seconds, "solves": solves, "target": target}
     if all(limit is None for limit in limits.values()):
         limits = scene.budget.model_dump()
@@ -68,15 +73,19 @@ def solve(
         options=asdict(optimizer),
         seed=_require_seed(seed),
         budget=asdict(Budget(**limits)),
-        origin=this_origin(type(optimizer)),
+        origin=this_origin(type(optimizer), type(first) if first else None),
+        start={"name": first.name, "options": asdict(first)} if first else None,
     )
-    if out is None:
-        return execute(order, scene.build(), optimizer, progress=progress)
-    _require_new(Path(out))
+    if out is not None:
+        _require_new(Path(out))
     setup = scene.build()
+    if isinstance(first, EarlierRun):
+        require_fits(first, setup.encoding)
+    if out is None:
+        return execute(order, setup, optimizer, start=first, progress=progress)
     with Journal.create(journal_path(Path(out)), order) as journal:
         _require_new(Path(out))  # once more: another run may have ended here since
-        return execute(order, setup, optimizer, journal, progress)
+        return execute(order, setup, optimizer, journal, start=first, progress=progress)
 
 
 def resume(path: str | os.PathLike[str], *, progress: Progress | None = None) -> Run:
@@ -96,11 +105,13 @@ def resume(path: str | os.PathLike[str], *, progress: Progress | None = None) ->
         _write_journal(out, contents.order)
     with Journal.open(journal_path(out)) as journal:
         order = journal.order
-        kind = load_optimizer(order.optimizer)
-        require_this_origin(order.origin, str(out), kind)
+        kind, first = _kinds(order)
+        require_this_origin(order.origin, str(out), kind, first)
         require_same_run(out, order)
         optimizer = make_optimizer(kind, order.options)
-        return execute(order, Scene.from_json(order.scene).build(), optimizer, journal, progress)
+        start = make_optimizer(first, order.start["options"]) if first and order.start else None
+        setup = Scene.from_json(order.scene).build()
+        return execute(order, setup, optimizer, journal, start=start, progress=progress)
 
 
 def _ready(optimizer: str | Optimizer, scene: Scene, options: Mapping[str, Any] | None) -> Optimizer:
@@ -110,6 +121,18 @@ def _ready(optimizer: str | Optimizer, scene: Scene, options: Mapping[str, Any] 
     if options:
         raise UserError("options are for an optimizer given by name; set those of one made ready when it is made.")
     return optimizer
+
+
+def _first(start: str | os.PathLike[str] | Optimizer, scene: Scene) -> Optimizer:
+    """What runs before the optimizer, made ready."""
+    if isinstance(start, Optimizer):
+        return start
+    return read_start(start) if is_run(start) else _ready(os.fspath(start), scene, None)
+
+
+def _kinds(order: Order) -> tuple[type[Optimizer], type[Optimizer] | None]:
+    """The optimizer that an order names, and its start."""
+    return load_optimizer(order.optimizer), load_start(order.start["name"]) if order.start else None
 
 
 def _warn_of_strangers(scene: Scene) -> None:
@@ -139,6 +162,6 @@ def _require_new(out: Path) -> None:
 
 def _write_journal(out: Path, order: Order) -> None:
     """The journal of an interrupted run again, from the answers in its run file."""
-    require_this_origin(order.origin, str(out), load_optimizer(order.optimizer))
+    require_this_origin(order.origin, str(out), *_kinds(order))
     journal_path(out).unlink(missing_ok=True)
     Journal.create(journal_path(out), order, read_answers(out)).close()

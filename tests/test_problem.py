@@ -64,6 +64,22 @@ class TestAnswers:
             make_problem(bowl=Bowl(np.array([np.nan, 0, 0]))).gradient(points(1)[0])
 
 
+class TestStart:
+    def test_it_is_the_first_point_of_the_first_draw_alone(self):
+        plain, begun = make_problem(), make_problem()
+        assert plain.start is None
+        begun.start_at(CENTER)
+        np.testing.assert_array_equal(begun.start, CENTER)
+        (left, right), rows = (np.random.default_rng(1) for _ in range(2)), (0, 2, 3)
+        drawn = [(plain.sample(left, rows_), begun.sample(right, rows_)) for rows_ in rows]
+        np.testing.assert_array_equal(drawn[1][1], [CENTER, drawn[1][0][1]])
+        np.testing.assert_array_equal(*drawn[2])
+
+    def test_it_lies_in_the_box(self):
+        with pytest.raises(UserError, match="coordinate 0 of"):
+            make_problem().start_at(CENTER + 20.0)
+
+
 class TestRefusals:
     @pytest.mark.parametrize("shape", [(SIZE,), (2, SIZE + 1), (2, 2, SIZE)])
     def test_points_of_another_shape(self, shape):

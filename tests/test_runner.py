@@ -395,7 +395,7 @@ class TestResume:
 
     def test_another_build_or_processor_is_refused_in_one_sentence(self, cut_short, monkeypatch):
         here = runner.this_origin(RandomSearch)
-        monkeypatch.setattr("springopt.origin.this_origin", lambda optimizer: here | {"processor": "another"})
+        monkeypatch.setattr("springopt.origin.this_origin", lambda *kinds: here | {"processor": "another"})
         for _ in ("from the journal", "from the run file"):
             with pytest.raises(RunFileError, match=r"here it is another, .*resume it there, or start a new run\."):
                 resume(cut_short)

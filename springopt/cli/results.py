@@ -16,7 +16,7 @@ def print_run(run: Run) -> None:
     """What it cost, its errors by load case, its classes of springs, and the run file."""
     from springopt.report.tables import classes_table, errors_table
 
-    click.echo(f"{run.scene}, {run.optimizer}, seed {run.seed}: objective {run.objective:.6g}")
+    click.echo(f"{run.scene}, {run.method}, seed {run.seed}: objective {run.objective:.6g}")
     if run.objective_of_present is not None:
         click.echo(f"objective {run.objective_of_present:.6g} if only the springs above the threshold are kept")
     click.echo(

@@ -40,7 +40,7 @@ def _draw(contents: RunFile, path: Path) -> None:
 
     run = contents.run
     title = (
-        f"{run.scene}, {run.optimizer}, seed {run.seed}, {run.evaluations:,} evaluations: objective {run.objective:.4g}"
+        f"{run.scene}, {run.method}, seed {run.seed}, {run.evaluations:,} evaluations: objective {run.objective:.4g}"
     )
     learned = Learned(
         title=title,

@@ -27,6 +27,7 @@ DEFAULT_OPTIMIZER = "paper-ga"
 @click.argument("scene", default=DEFAULT_SCENE)
 @click.option("--optimizer", default=DEFAULT_OPTIMIZER, show_default=True, help="See `springopt list optimizers`.")
 @click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="An option of the optimizer; repeatable.")
+@click.option("--start", metavar="NAME|RUN.h5", help="Begin at what this optimizer finds, or at a run's best point.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Of all randomness.")
 @click.option("--evaluations", type=int, help="Candidate evaluations that the run may cost.")
 @click.option("--seconds", type=float, help="Seconds that the run may take.")
@@ -59,6 +60,7 @@ def _solve(
     scene: str,
     optimizer: str,
     settings: tuple[str, ...],
+    start: str | None,
     seed: int,
     out: str | None,
     **limits: int | float | None,
@@ -68,9 +70,9 @@ def _solve(
 
     options = _options(settings)
     loaded = load_scene(scene)
-    path = out if out is not None else _default_out(f"{loaded.name}-{optimizer}-seed{seed}.h5")
+    path = out if out is not None else _default_out(f"{loaded.name}-{optimizer}{_from(start)}-seed{seed}.h5")
     with redirect_stdout(sys.stderr), _progress_bar() as progress:  # standard output is ours: optimizers may print
-        return solve(loaded, optimizer, seed=seed, options=options, out=path, progress=progress, **limits)  # type: ignore[arg-type]
+        return solve(loaded, optimizer, start=start, seed=seed, options=options, out=path, progress=progress, **limits)  # type: ignore[arg-type]
 
 
 def _resume(path: str) -> Run:
@@ -96,6 +98,11 @@ def _default_out(name: str) -> str:
     if Path(name).exists():
         raise UserError(f"{name} exists already, and nothing is overwritten; name another run file with --out.")
     return name
+
+
+def _from(start: str | None) -> str:
+    """What a run file's name says of a start."""
+    return f"-from-{Path(start).stem}" if start else ""
 
 
 def _options(settings: tuple[str, ...]) -> dict[str, str]:

@@ -38,6 +38,10 @@ class Binary(Encoding):
             raise UserError("points of the binary encoding hold zeros and ones alone; round them before asking.")
         return bits * self.stiffness
 
+    def encode(self, stiffness: ArrayLike) -> Floats:
+        """A spring is present above half of its stiffness."""
+        return (np.asarray(stiffness, dtype=float) > 0.5 * self.stiffness).astype(float)
+
     def pull_back(self, point: ArrayLike, gradient: ArrayLike) -> Floats:
         """The derivative along the straight line from absent to present."""
         return np.asarray(gradient, dtype=float) * self.stiffness

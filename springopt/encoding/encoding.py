@@ -40,6 +40,10 @@ class Encoding(ABC):
     def decode(self, points: ArrayLike) -> Floats:
         """Stiffness [force/length], shape (m, s), of points, shape (m, size); (s,) of a single point."""
 
+    @abstractmethod
+    def encode(self, stiffness: ArrayLike) -> Floats:
+        """The point (size,) of the box whose stiffness is closest to this one (s,), by the sum of squares."""
+
     def present(self, point: ArrayLike) -> NDArray[np.bool_]:
         """Which springs (s,) a report of this point calls present."""
         return self.decode(point) > 0

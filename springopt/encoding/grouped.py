@@ -39,6 +39,11 @@ class Grouped(Encoding):
     def decode(self, points: ArrayLike) -> Floats:
         return self._points(points) @ self.membership
 
+    def encode(self, stiffness: ArrayLike) -> Floats:
+        """The mean of each class, clipped: classes share no spring, so that each has its own least squares."""
+        means = self.membership @ np.asarray(stiffness, dtype=float) / self.membership.sum(axis=1)
+        return np.clip(means, self.lower, self.upper)
+
     def pull_back(self, point: ArrayLike, gradient: ArrayLike) -> Floats:
         return np.asarray(gradient, dtype=float) @ self.membership.T
 

@@ -43,6 +43,9 @@ class Real(Encoding):
     def decode(self, points: ArrayLike) -> Floats:
         return self._points(points).copy()
 
+    def encode(self, stiffness: ArrayLike) -> Floats:
+        return np.clip(np.asarray(stiffness, dtype=float), self.lower, self.upper)
+
     def present(self, point: ArrayLike) -> NDArray[np.bool_]:
         """The springs (s,) above the threshold."""
         return self._points(point) > self.threshold

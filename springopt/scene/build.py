@@ -35,8 +35,9 @@ def build(scene: Scene) -> Setup:
     lattice = scene.lattice.build()
     model = build_model(scene, lattice)
     cases = scene.load_cases.build(lattice)
-    reference_positions = _deformed(scene, scene.reference.build(model), cases)
-    objective = Objective(model, cases, reference_positions, **scene.objective.model_dump())
+    reference = scene.reference.build(model)
+    reference_positions = _deformed(scene, reference, cases)
+    objective = Objective(model, cases, reference_positions, reference=reference, **scene.objective.model_dump())
     return Setup(scene, lattice, model, cases, reference_positions, scene.encoding.build(lattice), objective)
 
 

@@ -64,6 +64,10 @@ class Box:
     def decode(self, points: ArrayLike) -> Floats:
         return np.asarray(points, dtype=float)
 
+    def encode(self, stiffness: ArrayLike) -> Floats:
+        point = np.clip(np.asarray(stiffness, dtype=float), self.lower, self.upper)
+        return point.round() if self.kind == "binary" else point
+
     def pull_back(self, point: ArrayLike, gradient: ArrayLike) -> Floats:
         return np.asarray(gradient, dtype=float)
 

@@ -62,6 +62,15 @@ def test_solve_takes_a_scene_of_one_s_own_and_options(springopt) -> None:
     assert run["options"] == {"batch": 5}
 
 
+def test_a_run_begins_at_the_best_point_of_another_and_says_so(springopt) -> None:
+    first = json.loads(springopt(*SOLVE, "--out", "first.h5", "--json").out)
+    code, out, _ = springopt(*SOLVE, "--start", "first.h5")
+    assert code == 0
+    assert "paper-fem-2d, random-search from first.h5, seed 0: objective" in out
+    run = json.loads(springopt("show", "paper-fem-2d-random-search-from-first-seed0.h5", "--json").out)
+    assert (run["start"], run["history"][0]) == ("first.h5", [1, first["objective"]])
+
+
 def test_a_complete_run_is_only_read_when_it_is_resumed(springopt) -> None:
     first = json.loads(springopt(*SOLVE, "--out", "mine.h5", "--json").out)
     code, out, _ = springopt("solve", "--resume", "mine.h5", "--json")

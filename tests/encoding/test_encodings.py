@@ -61,6 +61,26 @@ def test_pull_back_is_the_transposed_derivative_of_decode(encoding: Encoding) ->
 
 
 @every_encoding
+def test_encode_finds_a_point_again_and_otherwise_the_closest_of_the_box(encoding: Encoding) -> None:
+    rng = np.random.default_rng(3)
+    point, wanted = encoding.sample(rng, 1)[0], rng.uniform(-4.0, 14.0, LATTICE.spring_count)
+    assert np.allclose(encoding.encode(encoding.decode(point)), point, atol=1e-12)
+    closest = encoding.encode(wanted)
+    others = np.concatenate([encoding.sample(rng, 50), _neighbours(encoding, closest)])
+    assert (
+        np.square(encoding.decode(closest) - wanted).sum() <= np.square(encoding.decode(others) - wanted).sum(1).min()
+    )
+
+
+def _neighbours(encoding: Encoding, point: np.ndarray) -> np.ndarray:
+    """Points that differ in one number: by a little, or in its bit."""
+    if encoding.kind == "binary":
+        return np.abs(point - np.eye(encoding.size))
+    steps = 1e-3 * np.concatenate([np.eye(encoding.size), -np.eye(encoding.size)])
+    return np.clip(point + steps, encoding.lower, encoding.upper)
+
+
+@every_encoding
 def test_points_of_another_size_are_refused_in_one_sentence(encoding: Encoding) -> None:
     with pytest.raises(UserError, match=rf"points of the {encoding.name} encoding have shape"):
         encoding.decode(np.zeros(encoding.size + 1))

@@ -36,6 +36,9 @@ def test_the_reference_s_deformation_is_finite_and_moves_nodes(name: str) -> Non
     assert (furthest > 0.05).all()
     assert (furthest < 0.75).all()
     assert len(setup.cases) == len(setup.reference_positions)
+    assert setup.objective.reference is not None
+    again = setup.objective.reference.deform(setup.cases[0])
+    np.testing.assert_array_equal(again, setup.reference_positions[0])
 
 
 @every_scene
