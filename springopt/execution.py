@@ -147,6 +147,7 @@ def _result(order: Order, setup: Setup, problem: Problem, why: WhyStopped, path:
         history=meter.history,
         notes=problem.notes,
         objective_of_present=_value_of_present(setup, point),
+        front=problem.front,
     )
 
 
