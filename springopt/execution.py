@@ -184,6 +184,7 @@ def _result(
         history=meter.history,
         notes=problem.notes,
         objective_of_present=_value_of_present(setup, point),
+        front=problem.front,
     )
 
 

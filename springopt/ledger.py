@@ -16,6 +16,7 @@ from springopt.recorder import LARGEST_PAYLOAD, NO_EQUILIBRIUM, NO_QUESTION, Ans
 
 SolveValues = Callable[[Floats], tuple[Floats, NDArray[np.int8]]]  # points -> values and statuses, (m,) each
 SolveNumbers = Callable[[Floats], tuple[float, Floats]]  # point -> value and derivatives
+Keep = Callable[[Floats, Sequence[Answer]], None]  # points, shape (m, size), and their answers
 
 CHUNK = 64  # candidates solved between two looks at the clock, the target and Ctrl-C
 
@@ -61,11 +62,18 @@ class Ledger:
         room = float(answers[0].value or 0)
         return room if math.isinf(room) else int(room)
 
-    def values(self, points: Floats, solve: SolveValues) -> Floats:
-        """Values of points, shape (m, size) -> (m,); of a batch that crosses the budget the first part is answered."""
+    def values(self, points: Floats, solve: SolveValues, keep: Keep | None = None) -> Floats:
+        """Values of points, shape (m, size) -> (m,); of a batch that crosses the budget the first part is answered.
+
+        Whatever is answered goes through `keep`, also where the batch ends in BudgetSpent.
+        """
         values: list[float] = []
         while len(values) < len(points):
-            values += self._next_values(points[len(values) :][:CHUNK], solve)
+            chunk = points[len(values) :][:CHUNK]
+            answers = self._next_answers(chunk, solve)
+            values += [float(answer.value) for answer in answers if answer.value is not None]
+            if keep:
+                keep(chunk[: len(answers)], answers)
         return np.array(values, dtype=float)
 
     def numbers(self, kind: str, point: Floats, solve: SolveNumbers, *, cost: int) -> tuple[float, Floats]:
@@ -85,8 +93,8 @@ class Ledger:
             raise NoEquilibrium((answer.payload or b"").decode())
         return answer.value, numbers
 
-    def _next_values(self, points: Floats, solve: SolveValues) -> list[float]:
-        """Values of the first few of these points, at least of one; raises BudgetSpent if none fits."""
+    def _next_answers(self, points: Floats, solve: SolveValues) -> list[Answer]:
+        """Answers to the first few of these points, at least to one; raises BudgetSpent if none fits."""
         self.meter.require_room(cost=1)
         points = points[: int(min(self.meter.counted_room(), len(points)))]
         questions = [digest(point) for point in points]
@@ -97,9 +105,8 @@ class Ledger:
             self._before_solve()
             answers = self._solve_values(points, questions, solve)
             self._recorder.record(answers)
-        values = [float(answer.value) for answer in answers if answer.value is not None]
-        self.meter.count(points[: len(values)], values)
-        return values
+        self.meter.count(points[: len(answers)], [answer.value for answer in answers])
+        return answers
 
     def _solve_values(self, points: Floats, questions: list[bytes], solve: SolveValues) -> list[Answer]:
         values, statuses = solve(points)

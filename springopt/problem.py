@@ -10,11 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from springopt.budget import Budget
-from springopt.checks import Floats, require_shape
+from springopt.checks import Floats, Integers, require_shape
 from springopt.errors import UserError
+from springopt.forward.status import has_equilibrium
+from springopt.front import Front
 from springopt.ledger import Ledger
 from springopt.meter import Meter
-from springopt.recorder import Recorder
+from springopt.recorder import Answer, Recorder
 
 
 class Encoding(Protocol):
@@ -69,6 +71,7 @@ class Problem:
         lower, upper: corners of the box, shape (size,), read-only.
         objective, encoding: what an optimizer that uses the structure may read: lattice, load cases, reference.
         notes: by name, what the optimizer wants plotted, as (evaluations spent, number).
+        front: the best for each number of springs among all points that `objectives` was asked for.
         meter: what was spent and the best, for whoever runs the optimizer.
     """
 
@@ -85,6 +88,7 @@ class Problem:
         self.kind = encoding.kind
         self.lower, self.upper = _read_only(encoding.lower), _read_only(encoding.upper)
         self.notes: dict[str, list[tuple[int, float]]] = {}
+        self.front = Front()
         self.objective, self.encoding = objective, encoding
         self._start: Floats | None = None
         self._start_is_due = False
@@ -160,9 +164,13 @@ class Problem:
         return self._ledger.values(self._in_box(points, ("m", self.size)), self._solve_values)
 
     def objectives(self, points: ArrayLike) -> Floats:
-        """Several goals at once, shape (m, size) -> (m, 2): the value, and how many springs are present."""
-        values = self.evaluate(points)
-        return np.column_stack([values, np.count_nonzero(self.encoding.decode(points), axis=1)])
+        """Several goals at once, shape (m, size) -> (m, 2): the value, and how many springs have a stiffness above 0.
+
+        Candidates with an equilibrium join `front`.
+        """
+        asked = self._in_box(points, ("m", self.size))
+        values = self._ledger.values(asked, self._solve_values, self._join_front)
+        return np.column_stack([values, self._count_springs(asked)])
 
     def gradient(self, point: ArrayLike) -> tuple[float, Floats]:
         """Value and gradient, shape (size,), at a point; two evaluations. Raises NoEquilibrium."""
@@ -187,6 +195,14 @@ class Problem:
     def _solve_values(self, points: Floats) -> tuple[Floats, NDArray[np.int8]]:
         evaluation = self.objective.evaluate(self.encoding.decode(points))
         return evaluation.values, evaluation.codes
+
+    def _join_front(self, points: Floats, answers: Sequence[Answer]) -> None:
+        found = has_equilibrium(np.array([answer.status for answer in answers], dtype=np.int8))
+        values = np.array([answer.value for answer in answers], dtype=float)
+        self.front = self.front.joined(values[found], self._count_springs(points)[found], points[found])
+
+    def _count_springs(self, points: Floats) -> Integers:
+        return np.count_nonzero(self.encoding.decode(points), axis=1)
 
     def _solve_gradient(self, point: Floats) -> tuple[float, Floats]:
         value, gradient = self.objective.gradient(self.encoding.decode(point))

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields, is_dataclass
 from typing import Any, Literal
 
 import numpy as np
 
 from springopt.checks import Floats
+from springopt.front import Front
 
 WhyStopped = Literal["budget", "target", "optimizer finished", "interrupted"]
 
@@ -59,6 +60,7 @@ class Run:
     objective_of_present: float | None = None
     notes: dict[str, list[tuple[int, float]]] = field(default_factory=dict)  #: what the optimizer noted, likewise
     start: str | None = None  #: the optimizer that ran first, or the run whose best point was the first guess
+    front: Front = field(default_factory=Front)  #: empty where the optimizer asked for values alone
 
     @property
     def method(self) -> str:
@@ -67,10 +69,12 @@ class Run:
 
     def to_json(self) -> str:
         """The run as one JSON object; numbers that are not finite are null."""
-        return json.dumps({item.name: _plain(getattr(self, item.name)) for item in fields(self)}, allow_nan=False)
+        return json.dumps(_plain(self), allow_nan=False)
 
 
 def _plain(value: Any) -> Any:
+    if is_dataclass(value):
+        return {item.name: _plain(getattr(value, item.name)) for item in fields(value)}
     if isinstance(value, np.ndarray):
         return _plain(value.tolist())
     if isinstance(value, dict):

@@ -17,6 +17,7 @@ import numpy as np
 
 from springopt.checks import Floats
 from springopt.errors import RunFileError
+from springopt.front import Front
 from springopt.lattice import SpringLattice
 from springopt.load_case import LoadCase
 from springopt.recorder import Answer
@@ -113,6 +114,8 @@ def _write_run(file: h5py.File, run: Run) -> None:
     file["history"] = np.array(facts.pop("history")).reshape(-1, 2)
     for name, curve in facts.pop("notes").items():
         file.create_dataset(f"notes/{name}", data=np.array(curve), compression="gzip")
+    for name, column in facts.pop("front").items():
+        file[f"front/{name}"] = column
     file["run"] = json.dumps(facts)
 
 
@@ -120,7 +123,8 @@ def _read_run(file: h5py.File, path: Path) -> Run:
     facts = json.loads(file["run"].asstr()[()])
     facts |= {name: file[name][()] for name in _ARRAYS}
     notes = {name: _curve(dataset) for name, dataset in file.get("notes", {}).items()}
-    return Run(**facts | {"run": str(path)}, history=_curve(file["history"]), notes=notes)
+    front = Front(**{name: column[()] for name, column in file.get("front", {}).items()})
+    return Run(**facts | {"run": str(path)}, history=_curve(file["history"]), notes=notes, front=front)
 
 
 def _curve(dataset: h5py.Dataset) -> list[tuple[int, float]]:

@@ -205,6 +205,45 @@ class TestBest:
         assert problem.notes == {"rate": [(0, 1.0), (4, 0.5)], "temperature": [(0, 5.0)]}
 
 
+class TestFront:
+    """What `objectives` found: bits of which two are wanted, none where the first is set."""
+
+    POINTS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 1], [0, 1, 0], [0, 1, 1], [0, 0, 1]], dtype=float)
+
+    @staticmethod
+    def front(problem):
+        return [(*goals, point.tolist()) for *goals, point in zip(*vars(problem.front).values(), strict=True)]
+
+    def bits(self, tape=None, **limits):
+        bowl = Bowl(np.array([0.0, 1.0, 1.0]), cliff=0.5, cap=-7.0)
+        return make_problem(tape, bowl=bowl, box=Box(np.zeros(3), np.ones(3), kind="binary"), **limits)
+
+    def test_it_has_the_best_for_each_number_of_springs_and_no_failed_candidate(self):
+        problem = self.bits()
+        goals = problem.objectives(self.POINTS)
+        np.testing.assert_array_equal(goals[1:3], [[-7.0, 1], [-7.0, 3]])
+        assert self.front(problem) == [(1.0, 0, [0, 0, 0]), (0.5, 1, [0, 1, 0]), (0.0, 2, [0, 1, 1])]
+
+    def test_values_alone_do_not_join_it(self):
+        problem = self.bits()
+        problem.evaluate(self.POINTS)
+        assert not problem.front
+
+    def test_what_a_budget_left_of_a_batch_joins_it(self):
+        problem = self.bits(evaluations=4)
+        with pytest.raises(BudgetSpent):
+            problem.objectives(self.POINTS)
+        assert self.front(problem) == [(1.0, 0, [0, 0, 0]), (0.5, 1, [0, 1, 0])]
+
+    @pytest.mark.parametrize("kept", [0, 3, 6])
+    def test_replay_finds_the_same(self, kept):
+        tape = Tape()
+        whole, resumed = self.bits(tape), self.bits(Tape(tape.answers[:kept]))
+        for problem in (whole, resumed):
+            problem.objectives(self.POINTS)
+        assert self.front(resumed) == self.front(whole)
+
+
 class TestReplay:
     """A recorded answer is given again, without a solve, to the same question."""
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from springopt.errors import RunFileError
+from springopt.front import Front
 from springopt.lattice import SpringLattice
 from springopt.load_case import LoadCase
 from springopt.recorder import NO_QUESTION, Answer
@@ -45,6 +46,7 @@ RUN = Run(
     why_stopped="interrupted",
     history=[(1, 5.0), (7, 0.1 + 0.2)],
     notes={"rate": [(0, 1.0), (4, 0.1)]},
+    front=Front(np.array([5.0, 0.1 + 0.2]), np.array([2, 5]), np.array([[3.0, 1e-300], [1.0, -0.0]])),
 )
 ORDER = Order(scene='{"é": 1}', optimizer="sampler", options={"batch": 3}, seed=5, budget={}, origin={"numpy": "2"})
 
@@ -62,8 +64,7 @@ def path(tmp_path):
 
 def same(one, other):
     """Whether two dataclasses hold the same, to the bit."""
-    for field in dataclasses.fields(one):
-        np.testing.assert_equal(getattr(other, field.name), getattr(one, field.name), field.name)
+    np.testing.assert_equal(dataclasses.asdict(other), dataclasses.asdict(one))
 
 
 def test_everything_comes_back_to_the_bit(path):
@@ -80,11 +81,19 @@ def test_everything_comes_back_to_the_bit(path):
     assert read_answers(path) == ANSWERS
 
 
-def test_a_lattice_without_cells_and_a_run_without_notes_come_back(path):
+def test_a_lattice_without_cells_and_a_run_without_notes_or_front_come_back(path):
     bare = SpringLattice(nodes=LATTICE.nodes, springs=LATTICE.springs)
-    write(path, contents(lattice=bare, run=dataclasses.replace(RUN, notes={})), ANSWERS)
+    write(path, contents(lattice=bare, run=dataclasses.replace(RUN, notes={}, front=Front())), ANSWERS)
     assert read(path).lattice.cells is None
     assert read(path).run.notes == {}
+    same(Front(), read(path).run.front)
+
+
+def test_a_run_file_of_the_time_before_there_were_fronts_is_read(path):
+    write(path, contents(), ANSWERS)
+    with h5py.File(path, "a") as file:
+        del file["front"]
+    same(Front(), read(path).run.front)
 
 
 def test_only_the_run_file_is_left_behind(path):
@@ -121,6 +130,7 @@ def test_a_run_is_one_json_object_with_every_number_exact():
     assert told["objective"] == RUN.objective
     assert told["stiffness"] == RUN.stiffness.tolist()
     assert told["history"] == [[1, 5.0], [7, RUN.objective]]
+    assert told["front"] == {"values": [5.0, RUN.objective], "springs": [2, 5], "points": [[3.0, 1e-300], [1.0, -0.0]]}
 
 
 def test_numbers_that_are_not_finite_are_null_in_json():

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
 
 def print_run(run: Run) -> None:
-    """What it cost, its errors by load case, its classes of springs, and the run file."""
-    from springopt.report.tables import classes_table, errors_table
+    """What it cost, its errors by load case, its classes of springs, its front, and the run file."""
+    from springopt.report.tables import classes_table, errors_table, front_table
 
     click.echo(f"{run.scene}, {run.method}, seed {run.seed}: objective {run.objective:.6g}")
     if run.objective_of_present is not None:
@@ -25,6 +25,8 @@ def print_run(run: Run) -> None:
     )
     print_table(errors_table(run.errors))
     print_table(classes_table(run.classes))
+    if run.front:
+        print_table(front_table(run.front, len(run.stiffness)))
     if run.run:
         click.echo(f"Run file: {run.run}")
 

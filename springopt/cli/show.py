@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
 @click.command("show", short_help=COMMANDS["show"])
 @click.argument("run", metavar="RUN.h5")
-@click.option("--figure", metavar="FILE", help="Draw every load case, convergence and stiffness; .png, .pdf or .svg.")
+@click.option("--figure", metavar="FILE", help="Draw load cases, convergence, front and stiffness; .png, .pdf or .svg.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of tables.")
 def command(run: str, figure: str | None, as_json: bool) -> None:
-    """Show what a run found: errors, classes of springs, and a figure of every load case."""
+    """Show what a run found: errors, classes of springs, the front, and a figure of every load case."""
     figure_path = None if figure is None else require_new(figure, FIGURE_ENDINGS)
     contents = read_run(run)
     if figure_path is not None:
@@ -49,5 +49,6 @@ def _draw(contents: RunFile, path: Path) -> None:
         deformations=deformations(contents.cases, contents.reference_positions, contents.positions, run.errors),
         history=run.history,
         evaluations=run.evaluations,
+        front=run.front,
     )
     save(draw(learned), path)

@@ -13,8 +13,7 @@ from springopt.report import style
 def draw_convergence(axes: Axes, history: Sequence[tuple[int, float]], evaluations: int) -> None:
     """Best value on a log scale, from the first answer to the last evaluation; a value of zero ends at the bottom."""
     counts, values = (np.array(column, dtype=float) for column in zip(*history, strict=True))
-    positive = values[values > 0]
-    bottom = positive.min() / 10 if positive.size else 1e-16
+    bottom = style.bottom(values)
     counts, values = np.append(counts, evaluations), np.append(values, values[-1])
     axes.step(counts, np.maximum(values, bottom), where="post", color=style.INK, linewidth=1.0)
     axes.set_yscale("log")

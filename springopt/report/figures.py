@@ -1,9 +1,9 @@
-"""A whole run on one page: every load case, training and test, then convergence and stiffness."""
+"""A whole run on one page: every load case, training and test, then convergence, the front and stiffness."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import ceil
 from pathlib import Path
 from typing import Any
@@ -15,10 +15,12 @@ from matplotlib.lines import Line2D
 
 from springopt.checks import Floats
 from springopt.encoding.spring_classes import SpringClasses, known_classes
+from springopt.front import Front
 from springopt.lattice import SpringLattice
 from springopt.report import style
 from springopt.report.convergence import draw_convergence
 from springopt.report.deformation import Deformation, draw_deformation, limits
+from springopt.report.front import draw_front
 from springopt.report.stiffness import draw_stiffness
 
 PANEL_WIDTH = 1.65  # inches
@@ -37,12 +39,13 @@ class Learned:
     deformations: list[Deformation]
     history: Sequence[tuple[int, float]] = ()  #: (evaluations spent, best value); empty where nothing was learned
     evaluations: int = 0
+    front: Front = field(default_factory=Front)
 
 
 def draw(learned: Learned) -> Figure:
-    """Rows of training load cases, rows of test ones, then convergence and the histogram of stiffness."""
+    """Rows of training load cases, rows of test ones, then convergence, front and the histogram of stiffness."""
     strips = [(label, of_role) for role, label in ROLES.items() if (of_role := _of_role(learned, role))]
-    columns = max(3, *(_columns(len(of_role)) for _, of_role in strips))
+    columns = max(5 if learned.front else 3, *(_columns(len(of_role)) for _, of_role in strips))
     low, high = limits(learned.lattice, learned.deformations)
     width, height = high - low
     panel_height = PANEL_WIDTH * min(height / width, 1.6) + 0.35
@@ -56,10 +59,7 @@ def draw(learned: Learned) -> Figure:
             for axes, deformation in _panels(frame, columns, of_role):
                 draw_deformation(axes, learned.lattice, learned.stiffness > 0, deformation)
                 axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
-        *left, right = below.subplots(1, 2 if learned.history else 1, squeeze=False)[0]
-        for axes in left:
-            draw_convergence(axes, learned.history, learned.evaluations)
-        draw_stiffness(right, learned.stiffness, _classes(learned.lattice))
+        _draw_summary(below, learned)
         figure.legend(handles=_legend(), loc="outside lower center", ncols=6, title=CAPTION, **style.LEGEND)
     return figure
 
@@ -68,6 +68,16 @@ def save(figure: Figure, path: Path) -> None:
     """Write the figure in the format of the path's ending."""
     with rc_context(style.SETTINGS):
         figure.savefig(path, dpi=200)
+
+
+def _draw_summary(frame: SubFigure, learned: Learned) -> None:
+    """Convergence and front, where there are such, and the stiffness."""
+    *left, right = frame.subplots(1, 1 + bool(learned.history) + bool(learned.front), squeeze=False)[0]
+    if learned.history:
+        draw_convergence(left.pop(0), learned.history, learned.evaluations)
+    if learned.front:
+        draw_front(left.pop(0), learned.front, learned.lattice.spring_count)
+    draw_stiffness(right, learned.stiffness, _classes(learned.lattice))
 
 
 def _of_role(learned: Learned, role: str) -> list[Deformation]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from springopt.checks import Floats
+
 REFERENCE = "#0072B2"
 MODEL = "#D55E00"
 REST = "#C8C8C8"
@@ -49,3 +51,9 @@ SETTINGS: Any = {
     "ytick.major.width": 0.6,
     "pdf.fonttype": 42,
 }
+
+
+def bottom(values: Floats) -> float:
+    """Where a log scale shows zero: a decade below the least positive value."""
+    positive = values[values > 0]
+    return float(positive.min()) / 10 if positive.size else 1e-16

@@ -1,14 +1,18 @@
-"""Tables for people: errors by load case, stiffness by class of springs."""
+"""Tables for people: errors by load case, stiffness by class of springs, the front."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich import box
 from rich.table import Table
 
+if TYPE_CHECKING:
+    from springopt.front import Front
+
 MEASURES = {"distance": "distance", "relative_distance": "relative", "least_squares": "squares"}
+LONGEST_FRONT = 24  # rows
 
 
 def plain_table(title: str, names: Iterable[str], numbers: Iterable[str] = (), texts: Iterable[str] = ()) -> Table:
@@ -50,6 +54,16 @@ def classes_table(classes: Mapping[str, Mapping[str, float]]) -> Table:
     table = plain_table("Stiffness", ["class"], ["springs", "present", "mean", "spread"])
     for name, row in classes.items():
         table.add_row(name, f"{row['springs']:g}", f"{row['present']:g}", f"{row['mean']:.4g}", f"{row['spread']:.3g}")
+    return table
+
+
+def front_table(front: Front, spring_count: int) -> Table:
+    """One row a point of the front, the fewest springs first; of a long one every so many, from end to end."""
+    shown = sorted({round(i * (len(front) - 1) / (LONGEST_FRONT - 1)) for i in range(LONGEST_FRONT)})
+    title = "Front" if len(shown) == len(front) else f"Front, {len(shown)} of {len(front)} points"
+    table = plain_table(title, [], ["springs", "share", "objective"])
+    for i in shown:
+        table.add_row(f"{front.springs[i]}", f"{front.springs[i] / spring_count:.1%}", f"{front.values[i]:.4g}")
     return table
 
 

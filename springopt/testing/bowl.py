@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from springopt.checks import Floats
 from springopt.errors import NoEquilibrium
+from springopt.forward.status import CONVERGED, MECHANISM
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,10 +25,11 @@ class Bowl:
     cases: tuple[Any, ...] = field(default=(SimpleNamespace(role="train"),))
 
     def evaluate(self, stiffness: Floats) -> Any:
-        """Values and codes of stiffnesses, shape (m, s); a code is 1 without an equilibrium."""
+        """Values and status codes of stiffnesses, shape (m, s)."""
         values = 0.5 * np.square(stiffness - self.center).sum(axis=1)
         lost = stiffness[:, 0] > self.cliff
-        return SimpleNamespace(values=np.where(lost, self.cap, values), codes=lost.astype(np.int8))
+        codes = np.where(lost, MECHANISM, CONVERGED).astype(np.int8)
+        return SimpleNamespace(values=np.where(lost, self.cap, values), codes=codes)
 
     def gradient(self, stiffness: Floats) -> tuple[float, Floats]:
         residuals = self.residuals(stiffness)

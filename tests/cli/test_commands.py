@@ -100,6 +100,20 @@ def test_show_prints_what_solve_printed_and_draws_a_figure(springopt) -> None:
     assert set(json.loads(springopt("show", "mine.h5", "--json").out)) >= {"objective", "errors", "history"}
 
 
+def test_a_front_is_shown_as_a_table_and_drawn(springopt, monkeypatch: pytest.MonkeyPatch) -> None:
+    def two_goals(self, problem, rng):
+        problem.objectives(problem.sample(rng, 40))
+
+    monkeypatch.setattr("springopt.random_search.RandomSearch.minimize", two_goals)
+    run = json.loads(springopt(*SOLVE, "--out", "mine.h5", "--json").out)
+    springs, values = run["front"]["springs"], run["front"]["values"]
+    assert (springs, values) == (sorted(set(springs)), sorted(set(values), reverse=True))
+    assert values[-1] == run["objective"]
+    _, out, _ = springopt("show", "mine.h5", "--figure", "mine.png")
+    _, _, table = out.partition("Front")
+    assert f"{springs[0]} {springs[0] / 72:.1%} {values[0]:.4g}" in " ".join(table.split())
+
+
 def test_simulate_tells_of_every_load_case_and_writes_arrays(springopt) -> None:
     code, out, _ = springopt(
         "simulate", "paper-fem-2d", "--stiffness", "4.2", "--out", "here.npz", "--figure", "here.svg"

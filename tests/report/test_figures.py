@@ -1,6 +1,7 @@
 """The page of a run: what is drawn where."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_hex
 
+from springopt.front import Front
 from springopt.lattice import SpringLattice, side
 from springopt.load_case import LoadCase
 from springopt.report import style
@@ -51,6 +53,16 @@ def test_a_page_without_history_shows_no_convergence() -> None:
     figure = draw(learned(FLAT, ["train"], []))
     assert [axes.get_title(loc="left") for axes in figure.axes][-1] == "Stiffness"
     assert not any(axes.get_title(loc="left") == "Convergence" for axes in figure.axes)
+
+
+def test_a_front_has_a_panel_between_convergence_and_stiffness() -> None:
+    front = Front(np.array([4.0, 1.0, 0.0]), np.array([3, 7, 12]), np.zeros((3, 1)))
+    figure = draw(replace(learned(FLAT, ["train"], [(1, 0.5)]), front=front))
+    assert [axes.get_title(loc="left") for axes in figure.axes[-3:]] == ["Convergence", "Front", "Stiffness"]
+    line, points = figure.axes[-2].lines
+    assert points.get_xdata().tolist() == [3, 7, 12]  # type: ignore[union-attr]
+    assert line.get_ydata().tolist() == [4.0, 1.0, 0.1]  # type: ignore[union-attr]
+    assert "of 20" in figure.axes[-2].get_xlabel()
 
 
 def drawn_model(page: Learned) -> np.ndarray:
