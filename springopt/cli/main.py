@@ -18,6 +18,7 @@ COMMANDS = {
     "solve": "Find the mass-spring model that deforms like a scene's reference.",
     "simulate": "Deform a mass-spring model of given stiffness under a scene's load cases.",
     "explain": "Say which engine solves a scene's load cases, and why.",
+    "identify": "Say which springs a scene's load cases identify, and how well.",
     "show": "Show what a run found, as tables and as a figure.",
     "list": "List the optimizers and scenes that there are.",
 }

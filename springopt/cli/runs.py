@@ -18,6 +18,11 @@ def require_no_folder(path: str) -> Path:
     return Path(path)
 
 
+def names_run(source: str) -> bool:
+    """Whether a SCENE|RUN.h5 of the command line is a run."""
+    return source.endswith(".h5") or (not source.endswith(".toml") and Path(source).is_file())
+
+
 def read_run(path: str) -> RunFile:
     """What a run file holds; of a run that was killed only the journal is there, and the error says what to do."""
     from springopt.journal import holds_run, journal_path

@@ -12,7 +12,7 @@ import click
 from springopt.cli.main import COMMANDS
 from springopt.cli.outputs import ARRAY_ENDINGS, FIGURE_ENDINGS, require_new
 from springopt.cli.results import print_table
-from springopt.cli.runs import read_run
+from springopt.cli.runs import names_run, read_run
 from springopt.cli.stiffness import read_stiffness
 from springopt.errors import UserError
 
@@ -53,7 +53,7 @@ def _load(source: str, stiffness: str | None) -> tuple[Setup, Floats]:
     """The scene made ready, and the stiffness that was given or that the run found."""
     from springopt.scene import Scene, load_scene
 
-    if source.endswith(".h5") or (not source.endswith(".toml") and Path(source).is_file()):
+    if names_run(source):
         contents = read_run(source)
         setup, numbers = Scene.from_json(contents.order.scene).build(), contents.run.stiffness
         return setup, numbers if stiffness is None else read_stiffness(stiffness, setup.lattice.spring_count)

@@ -86,6 +86,33 @@ def engines_table(supports: Sequence[Mapping[str, Any]]) -> Table:
     return table
 
 
+def unseen_table(unseen: Sequence[Mapping[str, Any]], springs: Sequence[Mapping[str, Any]]) -> Table:
+    """One row a reason: how many springs no load case sees for it, and which, with their nodes."""
+    table = plain_table("Springs that no load case sees", [], ["springs"], ["why", "which"])
+    reasons: dict[str, list[int]] = {}
+    for row in unseen:
+        reasons.setdefault(row["why"], []).append(row["spring"])
+    for why, members in reasons.items():
+        shown = ", ".join(f"{spring} ({_pair(springs[spring]['nodes'])})" for spring in members[:12])
+        table.add_row(f"{len(members)}", why, shown + (", ..." if len(members) > 12 else ""))
+    return table
+
+
+def precision_table(springs: Sequence[Mapping[str, Any]]) -> Table:
+    """The eight springs with the largest standard errors, and the four with the smallest."""
+    table = plain_table("Identified springs, worst and best", ["spring", "nodes"], ["stiffness", "standard error"])
+    table.add_column("seen best in")
+    worst_first = sorted(springs, key=lambda row: -row["standard_error"])
+    shown = worst_first if len(springs) <= 12 else [*worst_first[:8], None, *worst_first[-4:]]
+    for row in shown:
+        if row is None:
+            table.add_section()
+            continue
+        numbers = f"{row['stiffness']:.4g}", f"{row['standard_error']:.3g}"
+        table.add_row(str(row["spring"]), _pair(row["nodes"]), *numbers, row["seen_best_in"])
+    return table
+
+
 def simulation_table(title: str, answers: Sequence[Mapping[str, Any]]) -> Table:
     """One row a load case: how the forward solve ended, and how far from the reference."""
     table = plain_table(title, ["load case", "role"], ["energy", "residual", "distance", "largest"], ["status"])
@@ -118,6 +145,10 @@ def scenes_table(entries: Iterable[Mapping[str, str]]) -> Table:
     for entry in entries:
         table.add_row(entry["name"], entry["title"])
     return table
+
+
+def _pair(nodes: Sequence[int]) -> str:
+    return f"{nodes[0]} - {nodes[1]}"
 
 
 def _numbers(row: Mapping[str, float | None]) -> list[str]:

@@ -183,6 +183,54 @@ def test_explain_as_json_is_one_document(springopt) -> None:
     assert explanation["effects"][0]["name"] == "springs"
 
 
+ONE_SIDE = str(Path(__file__).parents[2] / "examples" / "one_side_held.toml")
+
+
+def test_identify_names_unseen_springs_and_the_worst_and_best(springopt) -> None:
+    code, out, err = springopt("identify", ONE_SIDE, "--figure", "one.png")
+    assert (code, err) == (0, "")
+    for text in (
+        "at the reference's stiffness",
+        "rank 68 of 72 unknowns",
+        "noise of the reference's coordinates 0.001",
+    ):
+        assert text in out
+    assert "4  both its ends are held in every load case  1 (0 - 5), 18 (5 - 10), 35 (10 - 15), 52 (15 - 20)" in out
+    assert "Identified springs, worst and best" in out
+    assert Path("one.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_identify_as_json_is_one_document(springopt) -> None:
+    answer = json.loads(springopt("identify", ONE_SIDE, "--noise", "0.01", "--json").out)
+    assert (answer["rank"], answer["unknowns"], answer["noise"], len(answer["unseen"])) == (68, 72, 0.01, 4)
+    assert answer["springs"][1] == {
+        "spring": 1,
+        "nodes": [0, 5],
+        "stiffness": 5.0,
+        "standard_error": None,
+        "seen_best_in": None,
+    }
+    assert answer["springs"][0]["seen_best_in"] in ("pull right", "shear right", "drag top")
+
+
+def test_identify_of_a_run_looks_at_its_best_point(springopt) -> None:
+    springopt(*SOLVE, "--out", "mine.h5")
+    answer = json.loads(springopt("identify", "mine.h5", "--json").out)
+    run = json.loads(springopt("show", "mine.h5", "--json").out)
+    assert answer["at"] == "at the best point of the run"
+    assert [row["stiffness"] for row in answer["springs"]] == run["point"]
+
+
+def test_identify_says_when_too_little_is_known(springopt) -> None:
+    lines = Path(ONE_SIDE).read_text().splitlines()
+    Path("pull.toml").write_text("\n".join(line for line in lines if "shear" not in line and "drag" not in line))
+    code, out, _ = springopt("identify", "pull.toml")
+    assert code == 0
+    assert "0 of 72 springs identified" in out
+    assert "68 springs make up for each other in 28 independent ways, so that none of them is identified" in out
+    assert "worst and best" not in out
+
+
 def test_explain_of_no_scene_is_a_mistake_in_one_sentence(springopt) -> None:
     code, _, err = springopt("explain", "paper-fem-3d")
     assert code == 2

@@ -1,0 +1,73 @@
+"""The point of an encoding's box at which something is asked, with a sentence that says which."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from springopt.checks import Floats
+from springopt.encoding import Encoding
+from springopt.errors import UserError
+from springopt.scene import Setup
+from springopt.scene.reference_tables import SpringTable
+
+PLACES = ("best", "reference", "middle")
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """A point of the box, shape (size,), and which one it is."""
+
+    numbers: Floats
+    said: str  #: as in "at the reference's stiffness"
+
+
+def choose_point(setup: Setup, place: str | None = None, best: Floats | None = None) -> Point:
+    """The point that a place names; by default the best of a run, else the reference's, else the middle of the box.
+
+    Args:
+        setup: the scene.
+        place: one of `PLACES`.
+        best: the best point of a run, shape (size,), if there is one.
+    """
+    reference = reference_stiffness(setup)
+    place = place or ("best" if best is not None else "middle" if reference is None else "reference")
+    if place == "best":
+        if best is None:
+            raise UserError("the best point is a run's, and a scene has none; give RUN.h5, or another place.")
+        return Point(best, "at the best point of the run")
+    if place == "reference":
+        if reference is None:
+            raise UserError(
+                "the reference has a stiffness where it is a mass-spring model, and this scene's is none; "
+                "leave out --at reference."
+            )
+        return _at_reference(setup.encoding, reference)
+    if setup.encoding.kind == "binary":
+        return Point(setup.encoding.upper, "with all springs present, as no better point is known")
+    middle = (setup.encoding.lower + setup.encoding.upper) / 2
+    return Point(middle, "in the middle of the box, as no better point is known")
+
+
+def reference_stiffness(setup: Setup) -> Floats | None:
+    """Stiffness of a mass-spring reference [force/length], shape (s,); None where the reference is no such model."""
+    table = setup.scene.reference
+    return table.spring_stiffness(setup.lattice) if isinstance(table, SpringTable) else None
+
+
+def encode(encoding: Encoding, stiffness: Floats) -> tuple[Floats, bool]:
+    """The point of the box that decodes to a stiffness, shape (s,), or to class means near it; and whether it does."""
+    if encoding.kind == "binary":
+        point = (stiffness > 0).astype(float)
+    else:
+        middle = (encoding.lower + encoding.upper) / 2
+        means = encoding.pull_back(middle, stiffness) / encoding.pull_back(middle, np.ones_like(stiffness))
+        point = np.clip(means, encoding.lower, encoding.upper)
+    return point, bool(np.allclose(encoding.decode(point), stiffness, rtol=1e-12, atol=0.0))
+
+
+def _at_reference(encoding: Encoding, stiffness: Floats) -> Point:
+    point, is_exact = encode(encoding, stiffness)
+    nearest = "at the point of the encoding nearest to the reference's stiffness, which it can't express"
+    return Point(point, "at the reference's stiffness" if is_exact else nearest)
