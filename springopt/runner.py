@@ -40,6 +40,7 @@ def solve(
     target: float | None = None,
     options: Mapping[str, Any] | None = None,
     out: str | os.PathLike[str] | None = None,
+    threads: int = 1,
     progress: Progress | None = None,
 ) -> Run:
     """Runs an optimizer on a scene until its budget is spent, and says what came of it.
@@ -55,6 +56,7 @@ def solve(
         evaluations, seconds, solves, target: see `Budget`; without any of them the scene's own budget holds.
         options: of a named optimizer, over those of the scene.
         out: the run file to write. Beside it lies `<out>.journal` while the run lasts, for `resume`.
+        threads: that share the forward solves of a batch; no bit of the run depends on their number.
         progress: called up to ten times a second with the evaluations spent, of how many (None if they are not
             limited), the best value and the seconds.
     """
@@ -78,7 +80,7 @@ def solve(
     )
     if out is not None:
         _require_new(Path(out))
-    setup = scene.build()
+    setup = scene.build(threads=threads)
     if isinstance(first, EarlierRun):
         require_fits(first, setup.encoding)
     if out is None:
@@ -88,12 +90,12 @@ def solve(
         return execute(order, setup, optimizer, journal, start=first, progress=progress)
 
 
-def resume(path: str | os.PathLike[str], *, progress: Progress | None = None) -> Run:
+def resume(path: str | os.PathLike[str], *, threads: int = 1, progress: Progress | None = None) -> Run:
     """Takes up a run that was interrupted or killed, as if it had never stopped; a complete one is only read.
 
     Args:
         path: the run file or its journal; where both are there, the journal is the newer.
-        progress: see `solve`.
+        threads, progress: see `solve`.
     """
     from springopt.scene import Scene
 
@@ -110,7 +112,7 @@ def resume(path: str | os.PathLike[str], *, progress: Progress | None = None) ->
         require_same_run(out, order)
         optimizer = make_optimizer(kind, order.options)
         start = make_optimizer(first, order.start["options"]) if first and order.start else None
-        setup = Scene.from_json(order.scene).build()
+        setup = Scene.from_json(order.scene).build(threads=threads)
         return execute(order, setup, optimizer, journal, start=start, progress=progress)
 
 

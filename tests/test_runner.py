@@ -153,6 +153,9 @@ class TestSolve:
         require_same(solve(scene, "random-search"), solve(scene, RandomSearch(batch=16)))
         assert solve(scene, "random-search", seed=1).objective != solve(scene, "random-search", seed=2).objective
 
+    def test_the_number_of_threads_changes_nothing(self, scene):
+        require_same(solve(scene, "random-search"), solve(scene, "random-search", threads=3))
+
     def test_limits_given_replace_those_of_the_scene(self, scene):
         assert solve(scene, "random-search", solves=7).evaluations == 3
         assert solve(scene, "random-search", target=1e9).why_stopped == "target"
@@ -227,7 +230,7 @@ class TestRefusals:
         assert names(out) == []
 
     def test_an_output_that_appears_while_the_scene_is_built_is_left_as_it_is(self, scene, out, monkeypatch):
-        monkeypatch.setattr(type(scene), "build", lambda self: out.write_text("mine"))
+        monkeypatch.setattr(type(scene), "build", lambda self, threads: out.write_text("mine"))
         with pytest.raises(RunFileError, match="exists already, and nothing is overwritten"):
             solve(scene, "random-search", out=out)
         assert names(out) == ["run.h5"]

@@ -35,9 +35,16 @@ DEFAULT_OPTIMIZER = "paper-ga"
 @click.option("--target", type=float, help="Objective at which the run may stop.")
 @click.option("--out", metavar="RUN.h5", help="Run file to write.  [default: SCENE-OPTIMIZER-seedN.h5 in this folder]")
 @click.option("--resume", "resumed", metavar="RUN.h5", help="Go on with a run that was interrupted or killed.")
+@click.option(
+    "--threads",
+    type=click.IntRange(min=1),
+    default=1,
+    show_default=True,
+    help="That share the forward solves of a batch; the result is the same to the bit.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of tables.")
 @click.pass_context
-def command(ctx: click.Context, /, resumed: str | None, as_json: bool, **order: Any) -> int:
+def command(ctx: click.Context, /, resumed: str | None, threads: int, as_json: bool, **order: Any) -> int:
     """Find the mass-spring model that deforms like the reference of SCENE, a TOML file or a bundled scene's name.
 
     Without SCENE: the main experiment of Bianchi et al. (2004). Without a limit on evaluations, seconds, solves or a
@@ -45,7 +52,7 @@ def command(ctx: click.Context, /, resumed: str | None, as_json: bool, **order: 
     """
     if resumed is not None:
         _require_alone(ctx)
-    run = _resume(resumed) if resumed is not None else _solve(**order)
+    run = _resume(resumed, threads) if resumed is not None else _solve(threads=threads, **order)
     if as_json:
         click.echo(run.to_json())
     else:
@@ -63,6 +70,7 @@ def _solve(
     start: str | None,
     seed: int,
     out: str | None,
+    threads: int,
     **limits: int | float | None,
 ) -> Run:
     from springopt.runner import solve
@@ -72,14 +80,24 @@ def _solve(
     loaded = load_scene(scene)
     path = out if out is not None else _default_out(f"{loaded.name}-{optimizer}{_from(start)}-seed{seed}.h5")
     with redirect_stdout(sys.stderr), _progress_bar() as progress:  # standard output is ours: optimizers may print
-        return solve(loaded, optimizer, start=start, seed=seed, options=options, out=path, progress=progress, **limits)  # type: ignore[arg-type]
+        return solve(
+            loaded,
+            optimizer,
+            start=start,
+            seed=seed,
+            options=options,
+            out=path,
+            threads=threads,
+            progress=progress,
+            **limits,  # type: ignore[arg-type]
+        )
 
 
-def _resume(path: str) -> Run:
+def _resume(path: str, threads: int) -> Run:
     from springopt.runner import resume
 
     with redirect_stdout(sys.stderr), _progress_bar() as progress:
-        return resume(require_no_folder(path), progress=progress)
+        return resume(require_no_folder(path), threads=threads, progress=progress)
 
 
 def _require_alone(ctx: click.Context) -> None:
@@ -87,7 +105,7 @@ def _require_alone(ctx: click.Context) -> None:
     given = [
         param.opts[0]
         for param in ctx.command.params
-        if param.name not in ("resumed", "as_json", "help")
+        if param.name not in ("resumed", "threads", "as_json", "help")
         and ctx.get_parameter_source(str(param.name)) is click.core.ParameterSource.COMMANDLINE
     ]
     if given:

@@ -30,10 +30,10 @@ class Setup:
     objective: Objective
 
 
-def build(scene: Scene) -> Setup:
+def build(scene: Scene, *, threads: int = 1) -> Setup:
     """Lattice, load cases, the reference's positions [length], shape (c, n, d), model, encoding and objective."""
     lattice = scene.lattice.build()
-    model = build_model(scene, lattice)
+    model = build_model(scene, lattice, threads=threads)
     cases = scene.load_cases.build(lattice)
     reference = scene.reference.build(model)
     reference_positions = _deformed(scene, reference, cases)
@@ -41,10 +41,12 @@ def build(scene: Scene) -> Setup:
     return Setup(scene, lattice, model, cases, reference_positions, scene.encoding.build(lattice), objective)
 
 
-def build_model(scene: Scene, lattice: SpringLattice) -> Model:
+def build_model(scene: Scene, lattice: SpringLattice, *, threads: int = 1) -> Model:
     """The model that learns, its stiffness still open."""
     effects = [effect.build() for effect in scene.effects]
-    return Model(lattice, effects, kinematics=scene.kinematics, engine=scene.engine, branch=scene.branch)
+    return Model(
+        lattice, effects, kinematics=scene.kinematics, engine=scene.engine, branch=scene.branch, threads=threads
+    )
 
 
 def _deformed(scene: Scene, reference: Reference, cases: list[LoadCase]) -> Floats:

@@ -54,11 +54,14 @@ class Scene(Table):
     budget: BudgetTable = BudgetTable()
     optimizers: dict[str, dict[str, Any]] = Field(default_factory=dict)
 
-    def build(self) -> Setup:
-        """The lattice, load cases, reference positions, model, encoding and objective that the scene states."""
+    def build(self, *, threads: int = 1) -> Setup:
+        """The lattice, load cases, reference positions, model, encoding and objective that the scene states.
+
+        `threads` as in `Model`.
+        """
         from springopt.scene.build import build
 
-        return build(self)
+        return build(self, threads=threads)
 
     def optimizer_options(self, optimizer: str) -> dict[str, Any]:
         """What the scene sets for this optimizer."""
