@@ -147,9 +147,11 @@ def _balanced_jobs(group: Group, stiffness: NDArray[np.float64], tolerance: floa
     else:
         net = net_forces_on_floating_parts(plan.ends, stiffness, is_supported, group.forces, plan.dimension)
     is_mechanism = net > tolerance * np.abs(group.forces).max(axis=1, initial=0.0)
-    equilibria.displacements[:, group.cases] = group.prescribed
-    equilibria.codes[:, group.cases] = MECHANISM
-    equilibria.residuals[:, group.cases] = net
+    pushed, cases = np.nonzero(is_mechanism)
+    at = (pushed, group.cases[cases])
+    equilibria.displacements[at] = group.prescribed[cases]
+    equilibria.codes[at] = MECHANISM
+    equilibria.residuals[at] = net[pushed, cases]
     # Contiguous, or each layout would have the kernels compiled once more.
     candidates, cases = map(np.ascontiguousarray, np.nonzero(~is_mechanism))
     return Jobs(candidates, cases, stiffness, group.forces, group.prescribed[cases], make_counter())
