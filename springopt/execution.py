@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from springopt.budget import Budget
 from springopt.checks import Floats
@@ -42,8 +43,12 @@ def execute(
     start: Optimizer | None = None,
     progress: Progress | None = None,
 ) -> Run:
-    """Runs the start, if there is one, and then the optimizer to its end; a run file takes the journal's place then."""
-    with held_interrupts() as pressed:
+    """Runs the start, if there is one, and then the optimizer to its end; a run file takes the journal's place then.
+
+    An optimizer's linear algebra has one thread: its bits depend on their number, and on matrices of this size more of
+    them only wait for each other.
+    """
+    with held_interrupts() as pressed, threadpool_limits(1, user_api="blas"):
         budget, watch = Budget(**order.budget), _watcher(progress, pressed)
         problem = Problem(setup.objective, setup.encoding, budget, journal, watch=watch)
         for ready in (start, optimizer):

@@ -30,6 +30,7 @@ LIBRARIES = {
     "rich": ["cli", "report"],
     "scipy": ["forward.multigrid", "forward.pattern", "forward.superlu", "reference"],
     "skfem": ["reference.fem"],
+    "threadpoolctl": ["execution"],
 }
 #: What comes with a library that is asked for by name.
 COMES_WITH = {"llvmlite": "numba", "pydantic_core": "pydantic", "skfem": "scikit-fem"}

@@ -11,6 +11,7 @@ import sys
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_info
 
 from springopt import journal, runner
 from springopt.errors import NoEquilibrium, PluginError, RunFileError, UserError
@@ -180,6 +181,17 @@ class TestSolve:
         assert contents.positions.shape == contents.reference_positions.shape == (3, 9, 2)
         assert contents.lattice.spring_count == 20
         assert len(read_answers(out)) == 48
+
+    def test_the_linear_algebra_of_an_optimizer_has_one_thread(self, scene, monkeypatch):
+        threads = set()
+
+        def minimize(self, problem, rng):
+            threads.update(pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas")
+            problem.evaluate(problem.sample(rng, 1))
+
+        monkeypatch.setattr(RandomSearch, "minimize", minimize)
+        solve(scene, "random-search")
+        assert threads == {1}
 
     def test_progress_ends_with_the_whole_budget(self, scene, eager_progress):
         told = []
