@@ -13,7 +13,8 @@ from springopt.errors import UserError, did_you_mean
 from springopt.forward.batch import Equilibria, Group, constant_forces, find, group_by_supports
 from springopt.forward.choose import require_known
 from springopt.forward.followed import BRANCHES, MINIMUM
-from springopt.forward.sensitivity import tangents
+from springopt.forward.lane_factors import tangents
+from springopt.forward.plan import springs_of
 from springopt.forward.spring_forces import forces_per_stiffness
 from springopt.forward.status import STATUSES, Status
 from springopt.lattice import SpringLattice
@@ -75,7 +76,9 @@ class Model:
         """What each spring pulls its first node with at positions (c, n, d), over its stiffness [length], (c, s, d)."""
         shape = ("c", *self.lattice.nodes.shape)
         displacements = require_shape("positions", floats("positions", positions), shape) - self.lattice.nodes
-        return forces_per_stiffness(self.lattice, displacements, self.kinematics)
+        is_linear = self.kinematics == "linear"
+        flat = displacements.reshape(len(displacements), -1)
+        return forces_per_stiffness(springs_of(self.lattice), flat, is_linear=is_linear)
 
     def constant_forces(self) -> Floats:
         """The sum of what the effects bring as constant nodal forces [force], shape (n, d)."""

@@ -1,8 +1,11 @@
 """The objective: the weighted sum of the training load cases' misfits, its gradient and its residuals."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,12 +13,16 @@ from numpy.typing import ArrayLike, NDArray
 from springopt.checks import Floats, floats, require_finite, require_nonnegative, require_positive, require_shape
 from springopt.errors import NoEquilibrium, UserError, did_you_mean
 from springopt.forward.batch import Equilibria, Group
+from springopt.forward.derivatives import linearize
 from springopt.forward.rest_modes import zero_mode_shares
 from springopt.forward.status import STATUSES, Status, has_equilibrium
 from springopt.load_case import LoadCase
 from springopt.misfit import MISFITS, Misfit
 from springopt.model import TOLERANCE, Model, Solution
 from springopt.reference import Reference
+
+if TYPE_CHECKING:
+    from scipy.sparse.linalg import LinearOperator
 
 #: The cost cap, in misfits of a body whose every node is off by this many times its size.
 CAP_SIZES = 100.0
@@ -103,12 +110,8 @@ class Objective:
         differences = self._differences(equilibria)[0]
         value = float((self._misfit.value(differences, self.smallest_rest_length) * self._training_weights).sum())
         loads = self._misfit.gradient(differences, self.smallest_rest_length) * self._training_weights[:, None, None]
-        loads = loads.reshape(len(loads), -1)
-        total = np.zeros(len(candidate))
-        for group in self._groups:
-            u = equilibria.displacements[0, group.cases]
-            total += group.engine.gradients(candidate, u, loads[group.cases]).sum(axis=0)
-        return value, total
+        derivatives = linearize(self._groups, candidate, equilibria.displacements[0])
+        return value, derivatives.against(loads.reshape(len(loads), -1))
 
     def residuals(self, stiffness: ArrayLike) -> Floats:
         """The weighted coordinate differences (r,), whatever the misfit; half their squares' sum is the least squares.
@@ -129,11 +132,31 @@ class Objective:
         """The residuals (r,) and their derivatives (r, s) with respect to the stiffness; raises NoEquilibrium."""
         candidate, equilibria = self._equilibrium(stiffness)
         differences = self._differences(equilibria)[0]
-        derivatives = np.empty((len(differences), differences[0].size, len(candidate)))
-        for group in self._groups:
-            derivatives[group.cases] = group.engine.jacobians(candidate, equilibria.displacements[0, group.cases])
+        derivatives = linearize(self._groups, candidate, equilibria.displacements[0]).jacobian()
         weights = self._root_weights
-        return (differences * weights).ravel(), (derivatives * weights).reshape(-1, len(candidate))
+        derivatives *= weights
+        return (differences * weights).ravel(), derivatives.reshape(-1, len(candidate))
+
+    def linearize(self, stiffness: ArrayLike) -> tuple[Floats, LinearOperator]:
+        """The residuals (r,) and their derivative as an operator (r, s), for Jacobians that are too large to store.
+
+        Each product, also with the transpose, takes one solve for each load case, by factors that are made once.
+        Raises NoEquilibrium.
+        """
+        from scipy.sparse.linalg import LinearOperator
+
+        candidate, equilibria = self._equilibrium(stiffness)
+        derivatives, roots = linearize(self._groups, candidate, equilibria.displacements[0]), self._root_weights[:, 0]
+        residuals = (self._differences(equilibria)[0] * self._root_weights).ravel()
+
+        def along(change: Floats) -> Floats:
+            return (derivatives.along(change.ravel()) * roots).ravel()
+
+        def against(loads: Floats) -> Floats:
+            return derivatives.against(loads.reshape(len(roots), -1) * roots)
+
+        shape = (residuals.size, len(candidate))
+        return residuals, LinearOperator(shape, matvec=along, rmatvec=against, dtype=float)
 
     def solution(self, stiffness: ArrayLike) -> Solution:
         """The equilibria of one candidate in all load cases, training and test."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any, Literal, Protocol
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,6 +17,9 @@ from springopt.front import Front
 from springopt.ledger import Ledger
 from springopt.meter import Meter
 from springopt.recorder import Answer, Recorder
+
+if TYPE_CHECKING:
+    from scipy.sparse.linalg import LinearOperator
 
 
 class Encoding(Protocol):
@@ -35,6 +38,7 @@ class Encoding(Protocol):
     def decode(self, points: ArrayLike) -> Floats: ...
     def encode(self, stiffness: ArrayLike) -> Floats: ...
     def pull_back(self, point: ArrayLike, gradient: ArrayLike) -> Floats: ...
+    def push_forward(self, point: ArrayLike, change: ArrayLike) -> Floats: ...
     def sample(self, rng: np.random.Generator, count: int) -> Floats: ...
 
 
@@ -50,6 +54,7 @@ class Objective(Protocol):
     def residuals(self, stiffness: Floats) -> Floats: ...
     def value_of(self, residuals: Floats) -> float: ...
     def jacobian(self, stiffness: Floats) -> tuple[Floats, Floats]: ...
+    def linearize(self, stiffness: Floats) -> tuple[Floats, LinearOperator]: ...
 
 
 class Problem:
@@ -191,6 +196,39 @@ class Problem:
         _, joined = self._ledger.numbers("jacobian", self._in_box(point, (self.size,)), self._solve_jacobian, cost=2)
         table = joined.reshape(-1, 1 + self.size)
         return table[:, 0].copy(), table[:, 1:].copy()
+
+    def linearize(self, point: ArrayLike) -> tuple[Floats, LinearOperator]:
+        """Residuals, shape (r,), and products with their Jacobian, (r, size), where it is too large to store.
+
+        Two evaluations, however many products; each takes a linear solve for each load case. The operator's `matvec`
+        multiplies with the Jacobian, its `rmatvec` with the transpose. Raises NoEquilibrium.
+        """
+        self._require_derivatives()
+        asked, kept = self._in_box(point, (self.size,)).copy(), []
+
+        def solve(at: Floats) -> tuple[float, Floats]:
+            residuals, operator = self.objective.linearize(self.encoding.decode(at))
+            kept.append(operator)
+            return self.objective.value_of(residuals), residuals
+
+        _, residuals = self._ledger.numbers("linearize", asked, solve, cost=2)
+
+        def by_stiffness() -> LinearOperator:
+            if not kept:  # residuals were on record, products never are
+                solve(asked)
+            return kept[0]
+
+        return residuals, self._by_point(asked, len(residuals), by_stiffness)
+
+    def _by_point(self, point: Floats, rows: int, by_stiffness: Callable[[], LinearOperator]) -> LinearOperator:
+        from scipy.sparse.linalg import LinearOperator
+
+        return LinearOperator(
+            (rows, self.size),
+            matvec=lambda change: by_stiffness().matvec(self.encoding.push_forward(point, np.ravel(change))),
+            rmatvec=lambda loads: self.encoding.pull_back(point, by_stiffness().rmatvec(np.ravel(loads))),
+            dtype=float,
+        )
 
     def _solve_values(self, points: Floats) -> tuple[Floats, NDArray[np.int8]]:
         evaluation = self.objective.evaluate(self.encoding.decode(points))

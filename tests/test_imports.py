@@ -28,7 +28,15 @@ LIBRARIES = {
     "pydantic": ["scene"],
     "pydantic_core": ["scene"],
     "rich": ["cli", "report"],
-    "scipy": ["forward.multigrid", "forward.pattern", "forward.superlu", "reference"],
+    "scipy": [
+        "forward.multigrid",
+        "forward.pattern",
+        "forward.superlu",
+        "objective",
+        "problem",
+        "reference",
+        "testing",
+    ],
     "skfem": ["reference.fem"],
     "threadpoolctl": ["execution"],
 }

@@ -256,6 +256,7 @@ class TestReplay:
                 answers.append(problem.gradient(point))
             except NoEquilibrium as error:
                 answers.append(str(error))
+        answers.append(problem.linearize(CENTER)[0])
         return [*answers, problem.residuals(CENTER), problem.jacobian(CENTER), problem.budget_left]
 
     @pytest.mark.parametrize("limits", [{"evaluations": 1000}, {"seconds": 1000.0}])
@@ -287,6 +288,14 @@ class TestReplay:
         self.live(resumed)
         with pytest.raises(AssertionError, match="solved"):
             resumed.evaluate(points(1))
+
+    def test_products_with_a_recorded_jacobian_are_computed_again(self):
+        tape, change = Tape(), np.array([1.0, -2.0, 0.5])
+        for problem in (make_problem(tape), make_problem(Tape(tape.answers))):
+            _, operator = problem.linearize(CENTER)
+            np.testing.assert_array_equal(operator.matvec(change), change)
+            np.testing.assert_array_equal(operator.rmatvec(change), change)
+            assert (problem.meter.evaluations, problem.meter.solves) == (2, 1)
 
     def test_time_adds_up_and_replay_is_free(self):
         tape = Tape()

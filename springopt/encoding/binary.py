@@ -46,6 +46,9 @@ class Binary(Encoding):
         """The derivative along the straight line from absent to present."""
         return np.asarray(gradient, dtype=float) * self.stiffness
 
+    def push_forward(self, point: ArrayLike, change: ArrayLike) -> Floats:
+        return np.asarray(change, dtype=float) * self.stiffness
+
     def sample(self, rng: np.random.Generator, count: int) -> Floats:
         """Fair bits, shape (count, size)."""
         return rng.integers(0, 2, size=(count, self.size)).astype(float)

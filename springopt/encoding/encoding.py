@@ -52,6 +52,10 @@ class Encoding(ABC):
     def pull_back(self, point: ArrayLike, gradient: ArrayLike) -> Floats:
         """The chain rule: derivatives by stiffness, shape (..., s), become derivatives by point, shape (..., size)."""
 
+    @abstractmethod
+    def push_forward(self, point: ArrayLike, change: ArrayLike) -> Floats:
+        """The derivative of the stiffness, shape (s,), along a change of the point, shape (size,)."""
+
     def sample(self, rng: np.random.Generator, count: int) -> Floats:
         """Points drawn uniformly from the box, shape (count, size)."""
         return rng.uniform(self.lower, self.upper, size=(count, self.size))

@@ -47,6 +47,9 @@ class Grouped(Encoding):
     def pull_back(self, point: ArrayLike, gradient: ArrayLike) -> Floats:
         return np.asarray(gradient, dtype=float) @ self.membership.T
 
+    def push_forward(self, point: ArrayLike, change: ArrayLike) -> Floats:
+        return np.asarray(change, dtype=float) @ self.membership
+
     def _require_partition(self) -> None:
         for name, mask in self.classes.items():
             if not np.any(mask):

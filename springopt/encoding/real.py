@@ -51,5 +51,7 @@ class Real(Encoding):
         return self._points(point) > self.threshold
 
     def pull_back(self, point: ArrayLike, gradient: ArrayLike) -> Floats:
-        """See `Encoding`."""
         return np.asarray(gradient, dtype=float)
+
+    def push_forward(self, point: ArrayLike, change: ArrayLike) -> Floats:
+        return np.asarray(change, dtype=float)

@@ -12,6 +12,16 @@ ITERATION_LIMIT = 2000  # for the weakest loads on mechanisms; hardly any other 
 Floats = NDArray[np.float64]
 
 
+class Factors(Protocol):
+    """Tangents that were factorized, or are ready to be solved with again and again."""
+
+    def solve(self, loads: Floats) -> Floats:
+        """K^-1 of `loads` (g, k, n d), k of them for each load case, in the same shape.
+
+        Zero at the supports, and along modes without stiffness.
+        """
+
+
 class Engine(Protocol):
     """All engines search by the same rules, so that they end in the same minimum; see `newton`."""
 
@@ -21,11 +31,5 @@ class Engine(Protocol):
         Threads that call it at the same time with the same jobs and answers share the work.
         """
 
-    def gradients(self, stiffness: Floats, displacements: Floats, loads: Floats) -> Floats:
-        """d(g . u)/dk for each load case, shape (g, s).
-
-        `stiffness` (s,); `displacements` (g, n d), the equilibria; `loads` (g, n d), the gradients g with respect to u.
-        """
-
-    def jacobians(self, stiffness: Floats, displacements: Floats) -> Floats:
-        """du/dk for each load case, shape (g, n d, s); arguments as in `gradients`."""
+    def factorize(self, stiffness: Floats, displacements: Floats) -> Factors:
+        """The tangents of one candidate (s,) at its equilibria (g, n d), one for each load case."""

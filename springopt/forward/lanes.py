@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from springopt.effects.compile import announce_compilation
-from springopt.forward import sensitivity
 from springopt.forward.engine import ITERATION_LIMIT
+from springopt.forward.lane_factors import LaneFactors
 from springopt.forward.newton import find_equilibria
 from springopt.forward.plan import Plan
 from springopt.forward.state import Answers, Jobs, make_lanes
@@ -27,10 +27,6 @@ class LanesEngine:
         lanes = make_lanes(self.plan, len(self.plan.ends))
         find_equilibria(self.plan, jobs, lanes, answers, tolerance, ITERATION_LIMIT)
 
-    def gradients(self, stiffness: Floats, displacements: Floats, loads: Floats) -> Floats:
+    def factorize(self, stiffness: Floats, displacements: Floats) -> LaneFactors:
         """See `Engine`."""
-        return sensitivity.gradients(self.plan, stiffness, displacements, loads)
-
-    def jacobians(self, stiffness: Floats, displacements: Floats) -> Floats:
-        """See `Engine`."""
-        return sensitivity.jacobians(self.plan, stiffness, displacements)
+        return LaneFactors.of(self.plan, stiffness, displacements)

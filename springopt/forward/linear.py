@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from springopt.effects.compile import announce_compilation
 from springopt.effects.lanes import LANE_COUNT
-from springopt.forward.linear_kernels import linear_spring_gradients
+from springopt.forward.lane_factors import RIGID
 from springopt.forward.plan import Plan
-from springopt.forward.sensitivity import RIGID
 from springopt.forward.solver import Solver
-from springopt.forward.sparse import Search, candidates_of
+from springopt.forward.sparse import Search, SparseFactors, candidates_of
+from springopt.forward.sparse_kernels import evaluate_forces
 from springopt.forward.state import ENERGY, EPSILON, Answers, Jobs
 from springopt.forward.status import CONVERGED, ITERATION_LIMIT, MECHANISM, UNDERDETERMINED, UNSTABLE
 from springopt.forward.workspace import Workspace
@@ -34,7 +34,7 @@ class LinearEngine:
 
     def find(self, jobs: Jobs, answers: Answers, tolerance: float) -> None:
         """See `Engine`; an answer takes one iteration."""
-        announce_compilation(linear_spring_gradients)
+        announce_compilation(evaluate_forces)
         system = _System.of(self)
         for all_cases in candidates_of(jobs):
             system.factorize(jobs.stiffness[jobs.candidate[all_cases.start]])
@@ -42,28 +42,22 @@ class LinearEngine:
                 forces, prescribed = jobs.forces[jobs.case[few]], jobs.start[few]
                 system.answer(forces, prescribed, answers.part(few), tolerance)
 
-    def gradients(self, stiffness: Floats, displacements: Floats, loads: Floats) -> Floats:
-        """See `Engine`."""
-        system, answers = _System.of(self), np.empty((len(loads), len(stiffness)))
+    def factorize(self, stiffness: Floats, displacements: Floats) -> "EqualFactors":
+        """See `Engine`; one factor serves all load cases."""
+        system = _System.of(self)
         system.factorize(stiffness)
-        for few in _eights(0, len(loads)):
-            answers[few] = system.gradients(displacements[few], loads[few])
-        return answers
+        return EqualFactors(SparseFactors([system.search]))
 
-    def jacobians(self, stiffness: Floats, displacements: Floats) -> Floats:
-        """See `Engine`."""
-        system, size = _System.of(self), self.plan.nodes.size
-        answers = np.zeros((len(displacements), size, len(stiffness)))
-        free = np.setdiff1d(np.arange(size), self.plan.supported)
-        system.factorize(stiffness)
-        for few in _eights(0, len(free)):
-            rows = free[few]
-            units = np.zeros((len(rows), size))
-            units[np.arange(len(rows)), rows] = 1.0
-            adjoints = system.adjoints(units)
-            for case, u in enumerate(displacements):
-                answers[case, rows] = system.against_springs(np.repeat(u[None], len(rows), axis=0), adjoints)
-        return answers
+
+@dataclass(frozen=True, eq=False)
+class EqualFactors:
+    """The tangent that all load cases share."""
+
+    factor: SparseFactors
+
+    def solve(self, loads: Floats) -> Floats:
+        """See `Factors`."""
+        return self.factor.solve(loads.reshape(1, -1, loads.shape[2])).reshape(loads.shape)
 
 
 def _eights(begin: int, end: int) -> list[slice]:
@@ -127,21 +121,6 @@ class _System:
         forces = self.whole.state.stiffness[:, 0] * reach
         at_node = [np.bincount(plan.ends.ravel(), np.repeat(force, 2)).max(initial=0.0) for force in forces]
         return 4.0 * EPSILON * np.array(at_node)
-
-    def gradients(self, displacements: Floats, loads: Floats) -> Floats:
-        """As in `Engine`, for up to eight load cases."""
-        return self.against_springs(displacements, self.adjoints(loads))
-
-    def adjoints(self, loads: Floats) -> Floats:
-        """At the nodes, shape (c, n d), zero at the supports."""
-        solution = self.search.solve_equal_tangents(self.search.work.gather(loads))
-        return self._at_nodes(solution)[: len(loads)]
-
-    def against_springs(self, displacements: Floats, adjoints: Floats) -> Floats:
-        """-adjoint . dF/dk of all springs, shape (c, s)."""
-        answers = np.empty((len(adjoints), len(self.whole.plan.ends)))
-        linear_spring_gradients(self.whole.plan, displacements, adjoints, answers)
-        return answers
 
     def _stiffness_times(self, u: Floats) -> Floats:
         """K u with the rows and columns of the supports, shape (c, n d)."""

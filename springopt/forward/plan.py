@@ -42,12 +42,29 @@ class Plan(NamedTuple):
     coupled_start: NDArray[np.int64]  # (B,), position of that block in the envelope of those
 
 
-def make_plan(lattice: SpringLattice, supports: NDArray[np.bool_], effects: Sequence[Effect] = ()) -> Plan:
-    """The plan for supports (n, d)."""
-    d = lattice.dimension
+class Springs(NamedTuple):
+    """What a plan holds of the springs alone, whatever the supports."""
+
+    ends: NDArray[np.int64]
+    rest_vectors: NDArray[np.float64]
+    lengths: NDArray[np.float64]
+    natural_lengths: NDArray[np.float64]
+    prestrains: NDArray[np.float64]
+
+
+def springs_of(lattice: SpringLattice) -> Springs:
+    """The springs of a lattice."""
     ends = np.ascontiguousarray(lattice.springs, dtype=np.int64)
     rest_vectors = lattice.nodes[ends[:, 1]] - lattice.nodes[ends[:, 0]]
     lengths = np.sqrt((rest_vectors**2).sum(axis=1))
+    natural_lengths = np.ascontiguousarray(lattice.rest_lengths, dtype=np.float64)
+    return Springs(ends, rest_vectors, lengths, natural_lengths, _prestrains(lengths, natural_lengths))
+
+
+def make_plan(lattice: SpringLattice, supports: NDArray[np.bool_], effects: Sequence[Effect] = ()) -> Plan:
+    """The plan for supports (n, d)."""
+    d, springs = lattice.dimension, springs_of(lattice)
+    ends = springs.ends
     active = [effect for effect in effects if effect.kernel(d) is not None]
     coupled = np.concatenate([np.zeros((0, 2), np.int64), *(effect.couplings(lattice) for effect in active)])
     couplings = np.concatenate([ends, coupled])
@@ -61,11 +78,7 @@ def make_plan(lattice: SpringLattice, supports: NDArray[np.bool_], effects: Sequ
     return Plan(
         dimension=d,
         nodes=np.ascontiguousarray(lattice.nodes, dtype=np.float64),
-        ends=ends,
-        rest_vectors=rest_vectors,
-        lengths=lengths,
-        natural_lengths=np.ascontiguousarray(lattice.rest_lengths, dtype=np.float64),
-        prestrains=_prestrains(lengths, lattice.rest_lengths),
+        **springs._asdict(),
         block_of=block_of,
         first=first,
         start=start,
@@ -74,7 +87,7 @@ def make_plan(lattice: SpringLattice, supports: NDArray[np.bool_], effects: Sequ
         pinned=pinned,
         pinned_rows=pinned_rows,
         supported=np.flatnonzero(supports.ravel()),
-        step_limit=_typical_length(lengths, lattice.rest_lengths),
+        step_limit=_typical_length(springs.lengths, lattice.rest_lengths),
         kernels=np.array([effect.kernel(d).address for effect in active], dtype=np.int64),
         kernel_parameters=np.concatenate([np.zeros(0), *parameters]),
         kernel_begins=np.cumsum([0, *map(len, parameters)])[:-1],

@@ -16,9 +16,9 @@ from springopt.effects.lanes import LANE_COUNT, splat
 from springopt.forward.batch import Group
 from springopt.forward.evaluation import evaluate
 from springopt.forward.factor import factorize
+from springopt.forward.lane_factors import RIGID
 from springopt.forward.linear import LinearEngine
 from springopt.forward.plan import Plan
-from springopt.forward.sensitivity import RIGID
 from springopt.forward.sparse import Search, SparseEngine
 from springopt.forward.state import make_lanes
 from springopt.forward.status import has_equilibrium

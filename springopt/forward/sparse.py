@@ -6,8 +6,8 @@ system stays unsolved, the exact factor with replaced pivots gives the direction
 certified by the exact factor of its tangent, or by what the solver has in its place.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,9 +20,9 @@ from springopt.forward.conjugate_gradients import solve_lanes
 from springopt.forward.counter import draw
 from springopt.forward.courses import measure_direction
 from springopt.forward.engine import ITERATION_LIMIT
+from springopt.forward.lane_factors import RIGID
 from springopt.forward.plan import Plan
 from springopt.forward.queue import USUAL_REPLACEMENT
-from springopt.forward.sensitivity import RIGID, spring_gradients
 from springopt.forward.solver import Solver
 from springopt.forward.sparse_kernels import aim, arrive, depart
 from springopt.forward.state import (
@@ -61,40 +61,12 @@ class SparseEngine:
         for few in candidates_of(jobs):
             search.run(jobs.part(few), answers.part(few), tolerance)
 
-    def gradients(self, stiffness: Floats, displacements: Floats, loads: Floats) -> Floats:
+    def factorize(self, stiffness: Floats, displacements: Floats) -> "SparseFactors":
         """See `Engine`."""
-        search, answers = Search.of(self.plan, self.solver), np.empty((len(loads), len(stiffness)))
+        search = Search.of(self.plan, self.solver)
         if not self.solver.is_direct:
             search.factorize_rest(stiffness)
-        for begin in range(0, len(loads), LANE_COUNT):
-            few = slice(begin, begin + LANE_COUNT)
-            search.work.evaluate(stiffness, displacements[few])
-            adjoints = search.solve_tangents(search.work.gather(loads[few]), len(loads[few]))
-            search.work.spread_out(adjoints, search.work.state.internal)
-            spring_gradients(self.plan, search.work.state, answers[few])
-        return answers
-
-    def jacobians(self, stiffness: Floats, displacements: Floats) -> Floats:
-        """See `Engine`; one factor a load case, eight coordinates at a time."""
-        search, size = Search.of(self.plan, self.solver), self.plan.nodes.size
-        answers = np.zeros((len(displacements), size, len(stiffness)))
-        free = np.setdiff1d(np.arange(size), self.plan.supported)
-        if not self.solver.is_direct:
-            search.factorize_rest(stiffness)
-        for case, u in enumerate(displacements):
-            search.work.evaluate(stiffness, u[None])
-            if self.solver.is_direct:
-                search.factorize(0, RIGID)
-            for begin in range(0, len(free), LANE_COUNT):
-                rows = free[begin : begin + LANE_COUNT]
-                units = np.zeros((len(rows), size))
-                units[np.arange(len(rows)), rows] = 1.0
-                adjoints = search.solve_equal_tangents(search.work.gather(units))
-                search.work.spread_out(adjoints, search.work.state.internal)
-                few = np.empty((len(rows), len(stiffness)))
-                spring_gradients(self.plan, search.work.state, few)
-                answers[case, rows] = few
-        return answers
+        return SparseFactors([search.at(stiffness, u) for u in displacements])
 
 
 def candidates_of(jobs: Jobs) -> Iterator[slice]:
@@ -138,15 +110,16 @@ class Search:
         self.work.fill(self.exact, self.solver.layout, lane)
         self.exact.factorize(replacement)
 
-    def solve_tangents(self, sides: Floats, count: int) -> Floats:
-        """K x = sides for the first `count` lanes, each with its own tangent, shape (unknowns, 8)."""
-        if not self.solver.is_direct:
-            return self._iterate(sides, np.arange(LANE_COUNT) < count, ADJOINT_REDUCTION)[0]
-        solution = np.zeros_like(sides)
-        for lane in range(count):
-            self.factorize(lane, RIGID)
-            solution[:, lane] = self.exact.solve(sides[:, lane : lane + 1])[:, 0]
-        return solution
+    def at(self, stiffness: Floats, displacements: Floats) -> "Search":
+        """Another one whose tangents are all that at these displacements (n d,), factorized; with what it can share."""
+        if self.solver.is_direct:
+            other = replace(self, exact=self.solver.matrices()[0])
+        else:
+            other = replace(self, work=Workspace.of(self.work.plan))
+        other.work.evaluate(stiffness, displacements[None])
+        if self.solver.is_direct:
+            other.factorize(0, RIGID)
+        return other
 
     def solve_equal_tangents(self, sides: Floats) -> Floats:
         """The same for the tangent that was factorized last, which all lanes share."""
@@ -215,3 +188,22 @@ class Search:
         if state.scalars[VERDICT, lane] == SADDLE:
             state.direction[:, lane] = state.unknowns[:, lane]
             measure_direction(state, lane)
+
+
+@dataclass(frozen=True, eq=False)
+class SparseFactors:
+    """The tangent of each load case."""
+
+    searches: Sequence[Search]
+
+    def solve(self, loads: Floats) -> Floats:
+        """See `Factors`; eight right-hand sides at a time."""
+        answers = np.empty_like(loads)
+        at_nodes = np.empty((loads.shape[2], LANE_COUNT))
+        for case, search in enumerate(self.searches):
+            for begin in range(0, loads.shape[1], LANE_COUNT):
+                few = slice(begin, begin + LANE_COUNT)
+                solution = search.solve_equal_tangents(search.work.gather(loads[case, few]))
+                search.work.spread_out(solution, at_nodes)
+                answers[case, few] = at_nodes.T[: len(answers[case, few])]
+        return answers

@@ -112,26 +112,28 @@ def make_lanes(plan: Any, spring_count: int) -> Lanes:
     d, node_rows, unknown_count = plan.dimension, plan.nodes.size, len(plan.first) * plan.dimension
     widest = int((np.arange(len(plan.first)) - plan.first).max(initial=0))
 
-    def block(rows: int) -> NDArray[np.float64]:
-        return np.zeros((rows, LANE_COUNT))
-
-    state = Lanes(
-        scalars=block(SCALAR_COUNT),
-        inertia=block(3),
-        stiffness=block(spring_count),
-        forces=block(node_rows),
-        trial=block(node_rows),
-        accepted=block(node_rows),
-        internal=block(node_rows),
-        tangent=block(plan.block_count * d * d),
-        inverse=block(unknown_count),
-        scaled=block(widest * d * d),
-        scale=block(unknown_count),
-        residual=block(unknown_count),
-        direction=block(unknown_count),
-        unknowns=block(unknown_count),
-        delta=block(d),
-    )
+    rows = {
+        "scalars": SCALAR_COUNT,
+        "inertia": 3,
+        "stiffness": spring_count,
+        "forces": node_rows,
+        "trial": node_rows,
+        "accepted": node_rows,
+        "internal": node_rows,
+        "inverse": unknown_count,
+        "scaled": widest * d * d,
+        "scale": unknown_count,
+        "residual": unknown_count,
+        "direction": unknown_count,
+        "unknowns": unknown_count,
+        "delta": d,
+    }
+    whole, begin, blocks = np.zeros((sum(rows.values()), LANE_COUNT)), 0, {}
+    for name, count in rows.items():
+        blocks[name] = whole[begin : begin + count]
+        begin += count
+    # The tangent is large, and always filled before it is read.
+    state = Lanes(tangent=np.empty((plan.block_count * d * d, LANE_COUNT)), **blocks)
     state.scalars[JOB] = IDLE
     state.scale[:] = 1.0  # a lane that never gets a job factorizes something harmless
     return state

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from types import SimpleNamespace
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 from springopt.checks import Floats
 from springopt.errors import NoEquilibrium
 from springopt.forward.status import CONVERGED, MECHANISM
+
+if TYPE_CHECKING:
+    from scipy.sparse.linalg import LinearOperator
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +49,12 @@ class Bowl:
     def jacobian(self, stiffness: Floats) -> tuple[Floats, Floats]:
         return self.residuals(stiffness), np.eye(len(stiffness))
 
+    def linearize(self, stiffness: Floats) -> tuple[Floats, LinearOperator]:
+        from scipy.sparse.linalg import aslinearoperator
+
+        residuals, jacobian = self.jacobian(stiffness)
+        return residuals, aslinearoperator(jacobian)
+
 
 @dataclass(frozen=True, eq=False)
 class Box:
@@ -72,6 +81,9 @@ class Box:
 
     def pull_back(self, point: ArrayLike, gradient: ArrayLike) -> Floats:
         return np.asarray(gradient, dtype=float)
+
+    def push_forward(self, point: ArrayLike, change: ArrayLike) -> Floats:
+        return np.asarray(change, dtype=float)
 
     def sample(self, rng: np.random.Generator, count: int) -> NDArray[np.float64]:
         if self.kind == "binary":

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from oracle import energy, out_of_balance, smallest_eigenvalue, tangent
 
 import springopt as so
-from springopt.forward.sensitivity import tangents
+from springopt.forward.lane_factors import tangents
 
 GRID = so.SpringLattice.grid((4, 3))
 
