@@ -24,6 +24,10 @@ class PluginError(UserError):
     """A plugin that is unknown, can't be loaded, or breaks its contract."""
 
 
+class OutsideBox(UserError):
+    """An optimizer asked for a point outside its problem's box."""
+
+
 class NoEquilibrium(SpringoptError):
     """A gradient or residual was asked for where the forward solve has no equilibrium."""
 

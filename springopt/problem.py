@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from springopt.budget import Budget
 from springopt.checks import Floats, Integers, require_shape
-from springopt.errors import UserError
+from springopt.errors import OutsideBox, UserError
 from springopt.forward.status import has_equilibrium
 from springopt.front import Front
 from springopt.ledger import Ledger
@@ -164,7 +164,7 @@ class Problem:
     def evaluate(self, points: ArrayLike) -> Floats:
         """Values of points, shape (m, size) -> (m,); never NaN, and graded where there is no equilibrium.
 
-        Raises UserError for another shape or a point outside the box.
+        Raises UserError for another shape, OutsideBox for a point outside the box.
         """
         return self._ledger.values(self._in_box(points, ("m", self.size)), self._solve_values)
 
@@ -267,9 +267,14 @@ class Problem:
         inside = (array >= self.lower) & (array <= self.upper)
         if not inside.all():
             *_, coordinate = entry = tuple(np.argwhere(~inside)[0])
-            raise UserError(
+            raise OutsideBox(
                 f"coordinate {coordinate} of an optimizer's point is {array[entry]:.17g}, outside its interval "
                 f"[{self.lower[coordinate]:g}, {self.upper[coordinate]:g}]; keep to problem.lower and problem.upper."
+            )
+        if self.kind == "binary" and (broken := (array != 0) & (array != 1)).any():
+            raise OutsideBox(
+                f"an optimizer's point holds {array[broken][0]:.17g}, and a binary encoding takes 0 and 1 alone; "
+                'round it, or let the optimizer need "real".'
             )
         return array
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from springopt.budget import Budget
-from springopt.errors import BudgetSpent, NoEquilibrium, RecordBroken, SpringoptError, UserError
+from springopt.errors import BudgetSpent, NoEquilibrium, OutsideBox, RecordBroken, SpringoptError, UserError
 from springopt.ledger import CHUNK
 from springopt.problem import Problem
-from springopt.testing import Bowl, Box, Tape
+from springopt.testing import Bowl, Box, Cliff, Tape
 
 SIZE = 3
 CENTER = np.array([1.0, 2.0, 3.0])
@@ -94,6 +94,10 @@ class TestRefusals:
             make_problem().evaluate(asked)
         with pytest.raises(UserError, match="coordinate 1 of"):
             make_problem().gradient(asked[2])
+
+    def test_a_fraction_of_a_bit(self):
+        with pytest.raises(OutsideBox, match=r"holds 0\.5, and a binary encoding takes 0 and 1 alone; round it"):
+            make_problem(box=Box(np.zeros(SIZE), np.ones(SIZE), "binary")).evaluate(np.full((2, SIZE), 0.5))
 
     def test_an_encoding_without_derivatives_supplies_none(self):
         problem = make_problem(box=Box(np.zeros(SIZE), np.ones(SIZE), "binary"))
@@ -215,7 +219,7 @@ class TestFront:
         return [(*goals, point.tolist()) for *goals, point in zip(*vars(problem.front).values(), strict=True)]
 
     def bits(self, tape=None, **limits):
-        bowl = Bowl(np.array([0.0, 1.0, 1.0]), cliff=0.5, cap=-7.0)
+        bowl = Cliff(Bowl(np.array([0.0, 1.0, 1.0])), 0.5, cap=-7.0)
         return make_problem(tape, bowl=bowl, box=Box(np.zeros(3), np.ones(3), kind="binary"), **limits)
 
     def test_it_has_the_best_for_each_number_of_springs_and_no_failed_candidate(self):
@@ -262,7 +266,7 @@ class TestReplay:
     @pytest.mark.parametrize("limits", [{"evaluations": 1000}, {"seconds": 1000.0}])
     @pytest.mark.parametrize("kept", [0, 1, CHUNK, CHUNK + 10, 2 * CHUNK + 3, 2 * CHUNK + 5, 10_000])
     def test_every_kind_of_answer_is_the_same_to_the_bit(self, limits, kept):
-        bowl, tape = Bowl(CENTER, cliff=6.0), Tape()
+        bowl, tape = Cliff(Bowl(CENTER), 6.0), Tape()
         whole = make_problem(tape, bowl=bowl, **limits)
         answers = self.live(whole)
         resumed = make_problem(Tape(tape.answers[:kept]), bowl=bowl, **limits)
@@ -324,7 +328,7 @@ class TestReplay:
     def test_a_lost_equilibrium_is_on_record_with_its_message_and_its_cost(self):
         tape = Tape()
         with pytest.raises(NoEquilibrium):
-            make_problem(tape, bowl=Bowl(CENTER, cliff=0.5)).gradient(CENTER)
+            make_problem(tape, bowl=Cliff(Bowl(CENTER), 0.5)).gradient(CENTER)
         resumed = make_problem(Tape(tape.answers))
         with pytest.raises(NoEquilibrium, match=r"above 0\.5"):
             resumed.gradient(CENTER)

@@ -21,6 +21,7 @@ COMMANDS = {
     "identify": "Say which springs a scene's load cases identify, and how well.",
     "show": "Show what a run found, as tables and as a figure.",
     "list": "List the optimizers and scenes that there are.",
+    "check-plugin": "Check that an optimizer keeps the contract, and say what to mend.",
 }
 
 
@@ -31,7 +32,9 @@ class LazyGroup(click.Group):
         return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        return import_module(f"springopt.cli.{cmd_name}").command if cmd_name in COMMANDS else None
+        if cmd_name not in COMMANDS:
+            return None
+        return import_module(f"springopt.cli.{cmd_name.replace('-', '_')}").command
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
@@ -61,7 +64,10 @@ def main() -> None:
 
 
 def run(arguments: Sequence[str]) -> int:
-    """Run one command line; 0 when done, 2 for the user's mistake, 1 for our own fault, 130 after Ctrl-C."""
+    """Run one command line; 0 when done, 2 for the user's mistake, 1 for our own fault, 130 after Ctrl-C.
+
+    `check-plugin` ends with 1 for a fault that it found.
+    """
     try:
         with warnings.catch_warnings():
             warnings.showwarning = _warn_in_one_line

@@ -139,6 +139,14 @@ def options_table(options: Iterable[Mapping[str, Any]]) -> Table:
     return table
 
 
+def checks_table(name: str, findings: Iterable[Mapping[str, str]]) -> Table:
+    """Checks of an optimizer, each with its verdict and what to mend."""
+    table = plain_table(f"Checks of {name}", ["check", "verdict"], texts=["what to mend"])
+    for finding in findings:
+        table.add_row(finding["check"], finding["verdict"], finding["sentence"])
+    return table
+
+
 def scenes_table(entries: Iterable[Mapping[str, str]]) -> Table:
     """Name and title."""
     table = plain_table("Bundled scenes", ["name"], texts=["title"])

@@ -10,8 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from springopt.checks import Floats
-from springopt.errors import NoEquilibrium
-from springopt.forward.status import CONVERGED, MECHANISM
 
 if TYPE_CHECKING:
     from scipy.sparse.linalg import LinearOperator
@@ -19,28 +17,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Bowl:
-    """Half the squared distance from a centre; where the first number is above `cliff` there is no equilibrium."""
+    """Half the squared distance from a centre."""
 
     center: Floats  #: where the value is zero, shape (s,)
-    cliff: float = np.inf
-    cap: float = 1e6  #: value without an equilibrium
     tolerance: float = 1e-8
     cases: tuple[Any, ...] = field(default=(SimpleNamespace(role="train"),))
 
     def evaluate(self, stiffness: Floats) -> Any:
-        """Values and status codes of stiffnesses, shape (m, s)."""
+        """Values and codes of stiffnesses, shape (m, s); all of them have an equilibrium."""
         values = 0.5 * np.square(stiffness - self.center).sum(axis=1)
-        lost = stiffness[:, 0] > self.cliff
-        codes = np.where(lost, MECHANISM, CONVERGED).astype(np.int8)
-        return SimpleNamespace(values=np.where(lost, self.cap, values), codes=codes)
+        return SimpleNamespace(values=values, codes=np.zeros(len(values), dtype=np.int8))
 
     def gradient(self, stiffness: Floats) -> tuple[float, Floats]:
         residuals = self.residuals(stiffness)
         return self.value_of(residuals), residuals
 
     def residuals(self, stiffness: Floats) -> Floats:
-        if stiffness[0] > self.cliff:
-            raise NoEquilibrium(f"there is no equilibrium where the first number is above {self.cliff:g}.")
         return stiffness - self.center
 
     def value_of(self, residuals: Floats) -> float:
