@@ -34,7 +34,7 @@ def test_the_optimizer_in_the_documentation_keeps_the_contract(tmp_path: Path, m
 
 
 def test_every_page_that_is_linked_exists() -> None:
-    pages = [ROOT / "README.md", *ROOT.glob("docs/*.md"), *ROOT.glob("plugins/*/README.md")]
+    pages = [path for pattern in ("*.md", "docs/*.md", "*/*/README.md") for path in ROOT.glob(pattern)]
     for page in pages:
         for link in re.findall(r"\]\(([^)#:]+)\)", page.read_text(encoding="utf-8")):
             assert (page.parent / link).exists(), f"{page.name} links {link}"
