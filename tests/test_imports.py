@@ -28,9 +28,9 @@ LIBRARIES = {
     "pydantic": ["scene"],
     "pydantic_core": ["scene"],
     "rich": ["cli", "report"],
-    "scipy": ["forward.multigrid", "forward.pattern", "forward.superlu", "reference"],
+    "scipy": ["analysis", "forward.multigrid", "forward.pattern", "forward.superlu", "reference"],
     "skfem": ["reference.fem"],
-    "threadpoolctl": ["execution"],
+    "threadpoolctl": ["analysis", "execution"],
 }
 #: What comes with a library that is asked for by name.
 COMES_WITH = {"llvmlite": "numba", "pydantic_core": "pydantic", "skfem": "scikit-fem"}
