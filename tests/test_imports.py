@@ -29,6 +29,7 @@ LIBRARIES = {
     "pydantic_core": ["scene"],
     "rich": ["cli", "report"],
     "scipy": [
+        "analysis",
         "forward.multigrid",
         "forward.pattern",
         "forward.superlu",
@@ -38,7 +39,7 @@ LIBRARIES = {
         "testing",
     ],
     "skfem": ["reference.fem"],
-    "threadpoolctl": ["execution"],
+    "threadpoolctl": ["analysis", "execution"],
 }
 #: What comes with a library that is asked for by name.
 COMES_WITH = {"llvmlite": "numba", "pydantic_core": "pydantic", "skfem": "scikit-fem"}

@@ -9,8 +9,8 @@ import numpy as np
 from springopt.checks import Floats
 from springopt.encoding import Encoding
 from springopt.errors import UserError
+from springopt.reference.spring import SpringReference
 from springopt.scene import Setup
-from springopt.scene.reference_tables import SpringTable
 
 PLACES = ("best", "reference", "middle")
 
@@ -52,22 +52,17 @@ def choose_point(setup: Setup, place: str | None = None, best: Floats | None = N
 
 def reference_stiffness(setup: Setup) -> Floats | None:
     """Stiffness of a mass-spring reference [force/length], shape (s,); None where the reference is no such model."""
-    table = setup.scene.reference
-    return table.spring_stiffness(setup.lattice) if isinstance(table, SpringTable) else None
+    reference = setup.objective.reference
+    return reference.stiffness if isinstance(reference, SpringReference) else None
 
 
 def encode(encoding: Encoding, stiffness: Floats) -> tuple[Floats, bool]:
-    """The point of the box that decodes to a stiffness, shape (s,), or to class means near it; and whether it does."""
-    if encoding.kind == "binary":
-        point = (stiffness > 0).astype(float)
-    else:
-        middle = (encoding.lower + encoding.upper) / 2
-        means = encoding.pull_back(middle, stiffness) / encoding.pull_back(middle, np.ones_like(stiffness))
-        point = np.clip(means, encoding.lower, encoding.upper)
+    """The point of the encoding closest to a stiffness, shape (s,), and whether it is that stiffness."""
+    point = encoding.encode(stiffness)
     return point, bool(np.allclose(encoding.decode(point), stiffness, rtol=1e-12, atol=0.0))
 
 
 def _at_reference(encoding: Encoding, stiffness: Floats) -> Point:
     point, is_exact = encode(encoding, stiffness)
-    nearest = "at the point of the encoding nearest to the reference's stiffness, which it can't express"
-    return Point(point, "at the reference's stiffness" if is_exact else nearest)
+    closest = "at the point of the encoding closest to the reference's stiffness, which it can't express"
+    return Point(point, "at the reference's stiffness" if is_exact else closest)

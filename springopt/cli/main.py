@@ -19,6 +19,7 @@ COMMANDS = {
     "simulate": "Deform a mass-spring model of given stiffness under a scene's load cases.",
     "explain": "Say which engine solves a scene's load cases, and why.",
     "identify": "Say which springs a scene's load cases identify, and how well.",
+    "floor": "Compute and store the lowest value known of a scene.",
     "show": "Show what a run found, as tables and as a figure.",
     "list": "List the optimizers and scenes that there are.",
     "check-plugin": "Check that an optimizer keeps the contract, and say what to mend.",

@@ -12,11 +12,13 @@ if TYPE_CHECKING:
     from springopt.run import Run
 
 
-def print_run(run: Run) -> None:
-    """What it cost, its errors by load case, its classes of springs, its front, and the run file."""
+def print_run(run: Run, floor: str | None = None) -> None:
+    """What came of it: its place above the floor, cost, errors by load case, classes of springs, front and run file."""
     from springopt.report.tables import classes_table, errors_table, front_table
 
     click.echo(f"{run.scene}, {run.method}, seed {run.seed}: objective {run.objective:.6g}")
+    if floor is not None:
+        click.echo(floor)
     if run.objective_of_present is not None:
         click.echo(f"objective {run.objective_of_present:.6g} if only the springs above the threshold are kept")
     click.echo(

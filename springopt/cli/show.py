@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from springopt.cli.floors import place_of, with_floor
 from springopt.cli.main import COMMANDS
 from springopt.cli.outputs import FIGURE_ENDINGS, require_new
 from springopt.cli.results import print_run
@@ -26,10 +27,11 @@ def command(run: str, figure: str | None, as_json: bool) -> None:
     contents = read_run(run)
     if figure_path is not None:
         _draw(contents, figure_path)
+    place = place_of(contents.order, contents.run, [Path(run).parent, Path()])
     if as_json:
-        click.echo(contents.run.to_json())
+        click.echo(with_floor(contents.run, place))
         return
-    print_run(contents.run)
+    print_run(contents.run, place.said)
     if figure_path is not None:
         click.echo(f"Figure: {figure_path}")
 

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from springopt.cli.floors import place_of, with_floor
 from springopt.cli.main import COMMANDS
 from springopt.cli.results import print_run
-from springopt.cli.runs import require_no_folder
+from springopt.cli.runs import read_run, require_no_folder
 from springopt.errors import UserError
 
 if TYPE_CHECKING:
@@ -53,10 +54,11 @@ def command(ctx: click.Context, /, resumed: str | None, threads: int, as_json: b
     if resumed is not None:
         _require_alone(ctx)
     run = _resume(resumed, threads) if resumed is not None else _solve(threads=threads, **order)
+    place = place_of(read_run(str(run.run)).order, run, [Path(str(run.run if resumed else order["scene"])).parent])
     if as_json:
-        click.echo(run.to_json())
+        click.echo(with_floor(run, place))
     else:
-        print_run(run)
+        print_run(run, place.said)
         click.echo(f"Look at it: springopt show {run.run} --figure {str(run.run).removesuffix('.h5')}.png")
     if not run.complete:
         click.echo(f"Interrupted; go on with: springopt solve --resume {run.run}", err=True)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
@@ -70,6 +72,18 @@ class Scene(Table):
     def to_json(self) -> str:
         """The scene as text that `from_json` reads, without any other file."""
         return self.model_dump_json(exclude_none=True)
+
+    def digest(self) -> str:
+        """Of what decides the scene's values: not its name and title, budget, optimizers and test load cases."""
+        beside: Any = {"name", "title", "budget", "optimizers"}
+        tables = self.model_dump(mode="json", exclude_defaults=True, exclude=beside)
+        tables["load_cases"].pop("test", None)
+        return hashlib.blake2b(json.dumps(tables, sort_keys=True).encode(), digest_size=16).hexdigest()
+
+    @classmethod
+    def digest_of(cls, text: str) -> str:
+        """The digest of a scene that `to_json` wrote, without building its lattice."""
+        return cls.model_validate(json.loads(text)).digest()
 
     @classmethod
     def from_json(cls, text: str) -> Scene:

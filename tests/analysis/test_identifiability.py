@@ -172,7 +172,7 @@ def test_the_point_is_said() -> None:
     assert choose_point(springs).said == "at the reference's stiffness"
     uneven = line([(0, 1), (1, 2)], [{"hold": [0]}], stiffness=[2.0, 4.0], encoding={"kind": "homogeneous", "upper": 9})
     assert choose_point(uneven).numbers.tolist() == [3.0]
-    assert "nearest to the reference's stiffness" in choose_point(uneven).said
+    assert "closest to the reference's stiffness" in choose_point(uneven).said
 
 
 def test_a_point_without_an_equilibrium_is_refused() -> None:

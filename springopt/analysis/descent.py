@@ -1,0 +1,82 @@
+"""From a start down to a minimum of a scene's own misfit, with the derivatives that the problem gives.
+
+Levenberg and Marquardt's method on the residuals comes first: it finds the least-squares optimum from nearly anywhere.
+Where the misfit is a mean distance, that is only near its minimum, and the misfit has a kink wherever a node's distance
+is zero, which many are at the minimum. So the residuals are made linear, the sum of distances of the linear ones is
+minimized kinks and all, and so on from there, as Gauss and Newton do with squares (Burke and Ferris 1995, Math.
+Program. 71). The last digits are those of L-BFGS-B by the adjoint gradient.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import least_squares, minimize
+
+from springopt.analysis.sum_of_distances import least_sum_of_distances
+from springopt.checks import Floats
+from springopt.errors import NoEquilibrium
+from springopt.problem import Problem
+
+#: Relative change of a value, or of the box's width, that ends a descent.
+SMALL = 1e-12
+STEPS = 50  # linearizations
+SHORTEST_STEP = 1e-3
+
+
+def least_squares_optimum(problem: Problem, start: Floats) -> Floats:
+    """The point, shape (size,), where the least squares end from a start that has an equilibrium."""
+
+    def residuals(point: Floats) -> Floats:
+        try:
+            return problem.residuals(point)
+        except NoEquilibrium:
+            return np.full(count, np.inf)  # the step is refused and the next one shorter
+
+    count = len(problem.residuals(start))
+    box = (problem.lower, problem.upper)
+    stop = {"xtol": SMALL, "ftol": SMALL, "gtol": SMALL}
+    return least_squares(residuals, start, lambda point: problem.jacobian(point)[1], bounds=box, **stop).x
+
+
+def distance_optimum(problem: Problem, start: Floats, dimension: int) -> Floats:
+    """The point, shape (size,), where the sum of node distances ends, from a start near its minimum."""
+    point, value = start, float(problem.evaluate(start[None])[0])
+    for _ in range(STEPS):
+        residuals, jacobian = problem.jacobian(point)
+        target = _linear_optimum(problem, point, residuals, jacobian, dimension)
+        before, (point, value) = value, _step_towards(problem, point, value, target)
+        if before - value <= SMALL * before:
+            break
+    return _last_digits(problem, point)
+
+
+def _linear_optimum(problem: Problem, point: Floats, residuals: Floats, jacobian: Floats, dimension: int) -> Floats:
+    """The minimum over the box of the sum of node distances of r + J (z - x)."""
+    blocks = jacobian.reshape(-1, dimension, problem.size)
+    goals = (jacobian @ point - residuals).reshape(-1, dimension)
+    moves = blocks.any(axis=(1, 2))
+    return least_sum_of_distances(blocks[moves], goals[moves], point, problem.lower, problem.upper)
+
+
+def _step_towards(problem: Problem, point: Floats, value: float, target: Floats) -> tuple[Floats, float]:
+    """The first of ever shorter steps to the target that is lower, and its value; the point itself where none is."""
+    step = 1.0
+    while step >= SHORTEST_STEP:
+        trial = np.clip(point + step * (target - point), problem.lower, problem.upper)
+        trial_value = float(problem.evaluate(trial[None])[0])
+        if trial_value < value:
+            return trial, trial_value
+        step /= 2
+    return point, value
+
+
+def _last_digits(problem: Problem, point: Floats) -> Floats:
+    def value_and_gradient(trial: Floats) -> tuple[float, Floats]:
+        try:
+            return problem.gradient(trial)
+        except NoEquilibrium:
+            return float(problem.evaluate(trial[None])[0]), np.zeros_like(trial)
+
+    box = list(zip(problem.lower, problem.upper, strict=True))
+    stop = {"maxcor": 30, "maxiter": 500, "ftol": 1e-15, "gtol": 1e-14}
+    return minimize(value_and_gradient, point, jac=True, bounds=box, method="L-BFGS-B", options=stop).x
