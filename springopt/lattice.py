@@ -133,6 +133,11 @@ class SpringLattice:
         return np.isin(springs @ [self.node_count, 1], pairs @ [self.node_count, 1])
 
 
+def side_names(lattice: SpringLattice) -> tuple[str, ...]:
+    """What `side` calls the sides of a lattice."""
+    return tuple(_SIDES[lattice.dimension])
+
+
 def side(lattice: SpringLattice, name: str) -> Booleans:
     """The nodes on one side of the lattice's bounding box, shape (n,).
 

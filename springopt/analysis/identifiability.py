@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from springopt.analysis.point import Point
 from springopt.analysis.sensitivity import Sensitivity, sensitivity
@@ -80,9 +81,7 @@ def identify(setup: Setup, point: Point, *, noise: float | None = None) -> Ident
     objective = setup.objective
     noise = NOISE * objective.smallest_rest_length if noise is None else require_positive("noise", noise)
     derivatives = sensitivity(objective, setup.encoding, point)
-    values, directions = spectrum(derivatives.unknowns)
-    rank = int(np.count_nonzero(values > RANK_TOLERANCE * values[0]))
-    errors = _standard_errors(derivatives.spread, values, directions, rank, noise)
+    spectrum = _spectrum(derivatives.unknowns)
     strengths = _strengths(derivatives, sum(case.role == "train" for case in setup.cases))
     is_seen = strengths.max(axis=0) > RANK_TOLERANCE * strengths.max()
     unseen = np.flatnonzero(~is_seen).tolist()
@@ -91,27 +90,43 @@ def identify(setup: Setup, point: Point, *, noise: float | None = None) -> Ident
         at=point.said,
         noise=float(noise),
         stiffness=derivatives.stiffness,
-        standard_errors=errors,
-        singular_values=values,
-        rank=rank,
+        standard_errors=_standard_errors(derivatives.spread, spectrum, noise),
+        singular_values=spectrum.values,
+        rank=spectrum.rank,
         best_case=np.where(is_seen, strengths.argmax(axis=0), -1),
         unseen=[Unseen(spring, why) for spring, why in zip(unseen, reasons, strict=True)],
-        shared=_shared(derivatives.spread @ directions[rank:].T, is_seen),
+        shared=_shared(derivatives.spread @ spectrum.free, is_seen),
     )
 
 
-def spectrum(jacobian: Floats) -> tuple[Floats, Floats]:
-    """Singular values of (r, u), shape (u,), falling, and the right singular vectors as rows, shape (u, u)."""
+def standard_errors(spread: Floats, jacobian: Floats, noise: float) -> Floats:
+    """Of the stiffness, shape (s,), from its derivatives by the unknowns (s, u), and those of the residuals (r, u)."""
+    return _standard_errors(spread, _spectrum(jacobian), noise)
+
+
+@dataclass(frozen=True, eq=False)
+class _Spectrum:
+    """Singular values of the Jacobian by the unknowns, and its directions."""
+
+    values: Floats  #: falling, shape (u,)
+    rank: int
+    scaled: Floats  #: the directions that are identified, over their singular values, shape (u, rank)
+    free: Floats  #: those that are not, shape (u, u - rank)
+
+
+def _spectrum(jacobian: Floats) -> _Spectrum:
     rows, columns = jacobian.shape
-    triangle = np.linalg.qr(jacobian, mode="r") if rows > columns else jacobian
-    missing = np.zeros((columns - len(triangle), columns))
-    _, values, directions = np.linalg.svd(np.vstack([triangle, missing]))
-    return values, directions
+    with threadpool_limits(1, user_api="blas"):  # on a busy machine more threads wait for each other
+        triangle = np.linalg.qr(jacobian, mode="r") if rows > columns else jacobian
+        missing = np.zeros((columns - len(triangle), columns))
+        _, values, directions = np.linalg.svd(np.vstack([triangle, missing]))
+    rank = int(np.count_nonzero(values > RANK_TOLERANCE * values[0]))
+    return _Spectrum(values, rank, directions[:rank].T / values[:rank], directions[rank:].T)
 
 
-def _standard_errors(spread: Floats, values: Floats, directions: Floats, rank: int, noise: float) -> Floats:
-    loose = np.linalg.norm(spread @ directions[rank:].T, axis=1)
-    errors = noise * np.linalg.norm(spread @ directions[:rank].T / values[:rank], axis=1)
+def _standard_errors(spread: Floats, spectrum: _Spectrum, noise: float) -> Floats:
+    loose = np.linalg.norm(spread @ spectrum.free, axis=1)
+    errors = noise * np.linalg.norm(spread @ spectrum.scaled, axis=1)
     return np.where(loose > LOOSE * np.linalg.norm(spread, axis=1), np.inf, errors)
 
 

@@ -6,13 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from springopt.analysis.analytic_start import analytic_start
 from springopt.checks import Floats
 from springopt.encoding import Encoding
 from springopt.errors import UserError
 from springopt.reference.spring import SpringReference
 from springopt.scene import Setup
 
-PLACES = ("best", "reference", "middle")
+PLACES = ("best", "reference", "start", "middle")
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +45,8 @@ def choose_point(setup: Setup, place: str | None = None, best: Floats | None = N
                 "leave out --at reference."
             )
         return _at_reference(setup.encoding, reference)
+    if place == "start":
+        return _at_start(setup)
     if setup.encoding.kind == "binary":
         return Point(setup.encoding.upper, "with all springs present, as no better point is known")
     middle = (setup.encoding.lower + setup.encoding.upper) / 2
@@ -60,6 +63,16 @@ def encode(encoding: Encoding, stiffness: Floats) -> tuple[Floats, bool]:
     """The point of the encoding closest to a stiffness, shape (s,), and whether it is that stiffness."""
     point = encoding.encode(stiffness)
     return point, bool(np.allclose(encoding.decode(point), stiffness, rtol=1e-12, atol=0.0))
+
+
+def _at_start(setup: Setup) -> Point:
+    start = analytic_start(setup)
+    if start is None:
+        raise UserError(
+            "the analytic start is that of the optimizer 'analytic', which is not installed or has no formula for this "
+            "scene; install springopt-analytic, or choose another place."
+        )
+    return Point(start[0], "at the analytic start")
 
 
 def _at_reference(encoding: Encoding, stiffness: Floats) -> Point:

@@ -36,12 +36,17 @@ def sensitivity(objective: Objective, encoding: Encoding, point: Point) -> Sensi
     """The Jacobian of all training load cases; a UserError where one of them has no equilibrium."""
     stiffness = encoding.decode(point.numbers)
     springs = jacobian(objective, stiffness, point.said)
-    if not encoding.differentiable:
+    spread = by_unknowns(encoding, point, np.eye(len(stiffness)))
+    if encoding.differentiable:
+        widths = encoding.upper - encoding.lower
+    else:
         widths = encoding.decode(encoding.upper) - encoding.decode(encoding.lower)
-        return Sensitivity(stiffness, springs, np.eye(len(stiffness)), springs, widths)
-    spread = encoding.pull_back(point.numbers, np.eye(len(stiffness)))
-    unknowns = encoding.pull_back(point.numbers, springs)
-    return Sensitivity(stiffness, springs, spread, unknowns, encoding.upper - encoding.lower)
+    return Sensitivity(stiffness, springs, spread, by_unknowns(encoding, point, springs), widths)
+
+
+def by_unknowns(encoding: Encoding, point: Point, derivatives: Floats) -> Floats:
+    """Derivatives by stiffness, shape (r, s), by the unknowns, shape (r, u)."""
+    return encoding.pull_back(point.numbers, derivatives) if encoding.differentiable else derivatives
 
 
 def jacobian(objective: Objective, stiffness: Floats, said: str) -> Floats:

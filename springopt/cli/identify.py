@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from springopt.cli.design import designed, print_design
 from springopt.cli.main import COMMANDS
 from springopt.cli.outputs import FIGURE_ENDINGS, require_new
 from springopt.cli.results import print_table
@@ -23,15 +24,40 @@ if TYPE_CHECKING:
 
 @click.command("identify", short_help=COMMANDS["identify"])
 @click.argument("source", metavar="SCENE|RUN.h5")
-@click.option("--at", "place", type=click.Choice(["best", "reference", "middle"]), help="Where; see above.")
+@click.option("--at", "place", type=click.Choice(["best", "reference", "start", "middle"]), help="Where; see above.")
 @click.option("--noise", type=float, help="Of the reference's coordinates.  [default: 0.001 smallest rest lengths]")
 @click.option("--figure", metavar="FILE", help="Draw the lattice coloured by standard errors; .png, .pdf or .svg.")
+@click.option("--design", "count", type=click.IntRange(min=1), help="Pick so many load cases that help most.")
+@click.option(
+    "--criterion",
+    type=click.Choice(["D", "E"]),
+    default="D",
+    show_default=True,
+    help="D: the smallest volume of what is uncertain; E: the shortest longest axis.",
+)
+@click.option(
+    "--candidates",
+    "candidates",
+    default="generated",
+    show_default=True,
+    metavar="generated|test|SCENE",
+    help="To pick from: a load on a side or corner while a side is held, the test load cases, or another scene's.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of tables.")
-def command(source: str, place: str | None, noise: float | None, figure: str | None, as_json: bool) -> None:
+def command(
+    source: str,
+    place: str | None,
+    noise: float | None,
+    figure: str | None,
+    count: int | None,
+    criterion: str,
+    candidates: str,
+    as_json: bool,
+) -> None:
     """Say which springs the training load cases see, which not and why, and the standard error of each.
 
     The answer holds near one stiffness: by default the best of a run, of a scene that of its mass-spring reference,
-    where it has another reference the middle of the box.
+    where it has another reference the middle of the box. With --design also which load cases to add.
     """
     from springopt.analysis.identifiability import identify
 
@@ -41,10 +67,14 @@ def command(source: str, place: str | None, noise: float | None, figure: str | N
     if figure_path is not None:
         _draw(figure_path, setup, found)
     answer = _document(setup, found)
+    if count is not None:
+        answer["design"] = designed(setup, point, found.noise, count, criterion, candidates)
     if as_json:
         click.echo(json.dumps(answer, allow_nan=False))
         return
     _print(answer)
+    if count is not None:
+        print_design(answer["design"])
     if figure_path is not None:
         click.echo(f"Figure: {figure_path}")
 

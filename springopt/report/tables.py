@@ -113,6 +113,23 @@ def precision_table(springs: Sequence[Mapping[str, Any]]) -> Table:
     return table
 
 
+def design_table(criterion: str, picks: Sequence[Mapping[str, Any]]) -> Table:
+    """One row a load case that was picked: what it brings beside those above it."""
+    numbers = ["gain", "known", "smallest", "identified", "largest error"]
+    table = plain_table(f"Load cases that help most, {criterion}-optimal", ["load case"], numbers)
+    for pick in picks:
+        error = _number(pick["largest_standard_error"])
+        counts = f"{pick['known']:,}", f"{pick['smallest']:.4g}", f"{pick['identified']:,}"
+        table.add_row(pick["name"], f"{pick['gain']:.4g}", *counts, error)
+    table.caption = (
+        "gain: of the log determinant of the information; known: directions of which the data tell more than the box; "
+        "smallest: eigenvalue among them, in units of the box; identified: springs; "
+        "largest error: the largest standard error of these. Each row holds with those above it."
+    )
+    table.caption_justify = "left"
+    return table
+
+
 def simulation_table(title: str, answers: Sequence[Mapping[str, Any]]) -> Table:
     """One row a load case: how the forward solve ended, and how far from the reference."""
     table = plain_table(title, ["load case", "role"], ["energy", "residual", "distance", "largest"], ["status"])

@@ -6,9 +6,13 @@ import numpy as np
 import pytest
 from lines import line
 
+from springopt.analysis import analytic_start
+from springopt.analysis.floor import compute_floor
 from springopt.analysis.identifiability import Identifiability, Shared, Unseen, identify
 from springopt.analysis.point import choose_point
 from springopt.errors import UserError
+from springopt.optimizer import Optimizer
+from springopt.problem import Problem
 from springopt.scene import Setup, load_scene
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -179,3 +183,24 @@ def test_a_point_without_an_equilibrium_is_refused() -> None:
     setup = load_scene("paper-fem-2d").build()
     with pytest.raises(UserError, match="no derivatives at the best point of the run: Load case 'pull right'"):
         identify(setup, choose_point(setup, best=np.zeros(72)))
+
+
+@pytest.mark.parametrize("is_installed", [True, False])
+def test_the_analytic_start_is_that_of_the_plugin(monkeypatch: pytest.MonkeyPatch, is_installed: bool) -> None:
+    class Formula(Optimizer):
+        name = "analytic"
+
+        def minimize(self, problem: Problem, rng: np.random.Generator) -> None:
+            problem.evaluate(np.full((1, problem.size), 4.0))
+
+    monkeypatch.setattr(analytic_start, "installed", lambda: ["analytic"] * is_installed)
+    monkeypatch.setattr(analytic_start, "load_optimizer", lambda name: Formula)
+    setup = load_scene("paper-fem-2d-two-class").build()
+    if is_installed:
+        assert choose_point(setup, "start").numbers.tolist() == [4.0, 4.0]
+        assert compute_floor(setup, starts=1).analytic == pytest.approx(
+            setup.objective.evaluate([[4.0] * 72]).values[0]
+        )
+    else:
+        with pytest.raises(UserError, match="not installed or has no formula for this scene"):
+            choose_point(setup, "start")

@@ -221,6 +221,31 @@ def test_identify_of_a_run_looks_at_its_best_point(springopt) -> None:
     assert [row["stiffness"] for row in answer["springs"]] == run["point"]
 
 
+def test_identify_designs_load_cases_that_a_scene_can_take_over(springopt) -> None:
+    code, out, err = springopt("identify", ONE_SIDE, "--design", "2")
+    assert (code, err) == (0, "")
+    assert "Load cases that help most, D-optimal" in out
+    lines = out.partition("As a scene states them:\n")[2]
+    Path("more.toml").write_text(
+        f'extends = "{ONE_SIDE}"\ntitle = "More"\n[load_cases]\ntrain = [\n{lines}]\n', encoding="utf-8"
+    )
+    more = json.loads(springopt("identify", "more.toml", "--at", "reference", "--json").out)
+    assert more["rank"] > 40
+
+
+def test_identify_s_design_as_json_has_every_candidate_s_score(springopt) -> None:
+    arguments = ("--design", "2", "--criterion", "E", "--candidates", "test", "--json")
+    answer = json.loads(springopt("identify", "paper-fem-2d-4", *arguments).out)["design"]
+    assert (answer["criterion"], answer["candidates"], len(answer["picks"])) == ("E", "test", 2)
+    first, second = answer["picks"]
+    assert (len(first["scores"]), len(second["scores"])) == (4, 3)
+    assert first["name"] in [score["name"] for score in first["scores"]]
+    assert (first["known"], first["identified"], first["table"]) == (72, 72, None)
+    assert second["smallest"] > first["smallest"]
+    scores = springopt("identify", "paper-fem-2d-4", "--design", "1", "--candidates", "paper-fem-2d", "--json").out
+    assert len(json.loads(scores)["design"]["picks"][0]["scores"]) == 12 + 4
+
+
 def test_identify_says_when_too_little_is_known(springopt) -> None:
     lines = Path(ONE_SIDE).read_text().splitlines()
     Path("pull.toml").write_text("\n".join(line for line in lines if "shear" not in line and "drag" not in line))
