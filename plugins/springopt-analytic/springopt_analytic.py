@@ -55,7 +55,7 @@ class Body(NamedTuple):
 class Formula(Optimizer):
     """Asks for one point: the closest of the encoding to the stiffness that a formula gives."""
 
-    needs: ClassVar[tuple[str, ...]] = ("objective",)
+    needs: ClassVar[tuple[str, ...]] = ("objective", "real")
     young: float | None = None  #: Young's modulus; none: the reference's, or an estimate from its deformation
     poisson: float | None = None  #: Poisson's ratio; none: the reference's, or 1/3 in 2D and 1/4 in 3D
 

@@ -63,21 +63,18 @@ class Balance(Optimizer):
     def _numbers(
         self, cases: list[Case], balances: list[Floats], stiffness_of: Callable[[Floats], Floats], width: Floats
     ) -> Floats:
-        """The point less the lower corner of the box, shape (size,)."""
+        """The point less the lower corner of the box, shape (size,): by the forces first, which suffice if all fit."""
+        numbers = _solved(cases, balances, width)
         stiffness: Floats = np.ones(len(cases[0].springs))
-        for _ in range(self.passes if self.measure == "displacements" else 1):
-            rows = np.concatenate([self._weighed(*pair, stiffness) for pair in zip(cases, balances, strict=True)])
-            numbers = bounded_least_squares(rows[:, :-1], rows[:, -1], width)
+        for _ in range(self.passes if self.measure == "displacements" else 0):
             if _imbalance(balances, numbers) <= EXACT:
                 break
+            pairs = zip(cases, balances, strict=True)
+            numbers = _solved(
+                cases, [cho_solve(cho_factor(_tangent(case, stiffness)), rows) for case, rows in pairs], width
+            )
             stiffness = stiffness_of(numbers)
         return numbers
-
-    def _weighed(self, case: Case, balance: Floats, stiffness: Floats) -> Floats:
-        """The rows of a load case, in what is made small."""
-        if self.measure == "displacements":
-            balance = np.linalg.solve(_tangent(case, stiffness), balance).astype(float)
-        return np.sqrt(case.weight) * balance
 
 
 class Case(NamedTuple):
@@ -140,6 +137,12 @@ def _places(gram: Floats, pull: Floats, lower: Floats, upper: Floats) -> Integer
             return place
         place = should
     return None
+
+
+def _solved(cases: list[Case], equations: list[Floats], width: Floats) -> Floats:
+    """Least squares of the equations of all load cases, (rows, size + 1) each, by their weights."""
+    rows = np.concatenate([np.sqrt(case.weight) * own for case, own in zip(cases, equations, strict=True)])
+    return bounded_least_squares(rows[:, :-1], rows[:, -1], width)
 
 
 def _cases(objective: Objective, size: int) -> list[Case]:

@@ -5,9 +5,10 @@ import pytest
 from springopt_analytic import Analytic, MacielAngles, MacielConnections, VanGelder
 
 from springopt import Budget, FemReference, LoadCase, Model, Objective, Problem, SpringLattice, SpringReference, side
-from springopt.encoding import Binary, Homogeneous, Real, ThreeClass
+from springopt.encoding import Homogeneous, Real, ThreeClass
 from springopt.errors import UserError
 from springopt.runner import solve
+from springopt.testing import check_optimizer
 
 FORMULAS = (Analytic, VanGelder, MacielAngles, MacielConnections)
 every_formula = pytest.mark.parametrize("formula", FORMULAS, ids=lambda formula: formula.name)
@@ -165,8 +166,13 @@ class TestEveryFormula:
         for encoding in (Homogeneous(lattice), ThreeClass(lattice), Real(lattice, lower=0.3, upper=0.5)):
             point = found(formula(), make_problem(reference, lattice, cases, encoding))
             np.testing.assert_allclose(point, encoding.encode(stiffness))
-        bits = found(formula(), make_problem(reference, lattice, cases, Binary(lattice, stiffness=0.7)))
-        np.testing.assert_array_equal(bits, stiffness > 0.35)
+
+    def test_a_binary_scene_is_refused(self, formula):
+        with pytest.raises(UserError, match=f"{formula.name} needs a real encoding"):
+            solve("paper-topology-2d-isotropic", formula())
+
+    def test_it_keeps_the_contract_of_an_optimizer(self, formula):
+        check_optimizer(formula)
 
     def test_an_option_takes_the_place_of_the_reference(self, formula):
         np.testing.assert_allclose(of_grid(formula(young=4.0), (3, 3))[1], 4.0 * of_grid(formula(), (3, 3))[1])

@@ -10,6 +10,7 @@ from springopt.effects.effect import Effect
 from springopt.encoding import Binary, Real, ThreeClass
 from springopt.errors import UserError
 from springopt.runner import solve
+from springopt.testing import check_optimizer
 
 LATTICE = SpringLattice.grid((4, 4))
 SIDES = {"left": "right", "right": "left", "bottom": "top", "top": "bottom"}
@@ -140,6 +141,10 @@ class TestBoundedLeastSquares:
         upper = np.array([1.0, 2.0])
         for rows in (0, 3):
             np.testing.assert_array_equal(bounded_least_squares(np.zeros((rows, 2)), np.zeros(rows), upper), [0, 0])
+
+
+def test_it_keeps_the_contract_of_an_optimizer():
+    check_optimizer(Balance)
 
 
 class TestRefusals:
