@@ -31,7 +31,7 @@ class GaussNewton(Optimizer):
     starts: int | None = None  #: local searches at most; none: as many as the budget allows
     agree: int = 3  #: ends when so many searches have ended at the best value; 0: never
     damping: float = DAMPING  #: of the first step, in units of the mean curvature
-    tolerance: float = 1e-8  #: a local search ends when less than this share of the value can be gained
+    tolerance: float = 1e-10  #: a local search ends when less than this share of the value can be gained
 
     def __post_init__(self) -> None:
         require_counts(self.name, self.starts, self.agree)

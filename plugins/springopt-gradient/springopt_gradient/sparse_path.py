@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from scipy.linalg import cho_factor, cho_solve
 
 from springopt.checks import Booleans, Floats, require_positive
 from springopt.errors import NoEquilibrium, UserError
@@ -85,5 +86,5 @@ def _candidates(problem: Problem, measure: Measure, here: Linearization) -> Iter
 
 
 def _inverse(curvature: Floats) -> Floats:
-    inverse: Floats = np.linalg.inv(curvature + HOLD * (np.diag(curvature).mean() or 1.0) * np.eye(len(curvature)))
-    return inverse
+    held = curvature + HOLD * (np.diag(curvature).mean() or 1.0) * np.eye(len(curvature))
+    return cho_solve(cho_factor(held), np.eye(len(held)))
