@@ -9,8 +9,9 @@ import numpy as np
 from pymoo.algorithms.soo.nonconvex import cmaes
 from pymoo.core.initialization import Initialization
 
-from springopt import Optimizer, Problem
 from springopt.checks import Floats
+from springopt.optimizer import Optimizer
+from springopt.problem import Problem
 from springopt_pymoo.search import Scene, require_options, search
 
 RESTARTS = 1000  # more than any budget lasts for, as each is twice as large as the one before

@@ -8,7 +8,8 @@ from typing import ClassVar, Literal
 import numpy as np
 from pymoo.algorithms.soo.nonconvex import de
 
-from springopt import Optimizer, Problem
+from springopt.optimizer import Optimizer
+from springopt.problem import Problem
 from springopt_pymoo.search import Scene, first_generation, require_options, search
 
 

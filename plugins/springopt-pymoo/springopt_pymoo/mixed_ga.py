@@ -11,8 +11,9 @@ from pymoo.core.mixed import MixedVariableGA, MixedVariableMating
 from pymoo.core.population import Population
 from pymoo.core.variable import Binary, Real
 
-from springopt import Optimizer, Problem
 from springopt.checks import Floats
+from springopt.optimizer import Optimizer
+from springopt.problem import Problem
 from springopt_pymoo.search import Scene, require_options, search
 
 

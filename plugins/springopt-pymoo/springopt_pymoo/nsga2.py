@@ -10,8 +10,9 @@ from pymoo.algorithms.moo import nsga2
 from pymoo.operators.crossover.sbx import SBX
 from pymoo.operators.mutation.pm import PM
 
-from springopt import Optimizer, Problem
 from springopt.checks import Booleans, Floats
+from springopt.optimizer import Optimizer
+from springopt.problem import Problem
 from springopt_pymoo.operators import binary_operators
 from springopt_pymoo.search import Scene, first_generation, require_options, search
 
@@ -27,9 +28,7 @@ class NSGA2(Optimizer):
     switches: float = 1.0  #: numbers: springs that mutation puts in or takes out of a child, in the mean
 
     def __post_init__(self) -> None:
-        require_options(
-            self, population=(2, 1e6), crossover_eta=(0, 1e3), mutation_eta=(0, 1e3), switches=(0, 1e6)
-        )
+        require_options(self, population=(2, 1e6), crossover_eta=(0, 1e3), mutation_eta=(0, 1e3), switches=(0, 1e6))
 
     def minimize(self, problem: Problem, rng: np.random.Generator) -> None:
         algorithm = nsga2.NSGA2(
@@ -37,7 +36,7 @@ class NSGA2(Optimizer):
             sampling=first_generation(problem, rng, self.population),
             **(binary_operators() if problem.kind == "binary" else self._real_operators(problem)),
         )
-        search(algorithm, Scene(problem, goals=2), rng)
+        search(algorithm, _TwoGoals(problem), rng)
 
     def _real_operators(self, problem: Problem) -> dict[str, Any]:
         switched = min(self.switches / problem.size, 1.0)
@@ -45,6 +44,23 @@ class NSGA2(Optimizer):
             "crossover": _WholeSprings(eta=self.crossover_eta, prob=0.9),
             "mutation": _Switches(eta=self.mutation_eta, switched=switched),
         }
+
+
+class _TwoGoals(Scene):
+    """The value and the number of springs, under the constraint that there is an equilibrium.
+
+    Without it the front would go on to no springs at all, through candidates that fail with ever fewer of them.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        super().__init__(problem, n_obj=2, n_ieq_constr=1)
+        # An objective without physics need not have a cap.
+        self.cap = getattr(problem.objective, "cost_cap", np.inf)
+
+    def _evaluate(self, individuals: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
+        out["F"] = self.problem.objectives(individuals)
+        value = out["F"][:, :1]
+        out["G"] = np.where(value < self.cap, -1.0, value)  # what is positive violates, the graded cost the more
 
 
 def _absent(points: Floats) -> Booleans:

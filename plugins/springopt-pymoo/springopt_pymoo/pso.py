@@ -8,7 +8,8 @@ from typing import ClassVar
 import numpy as np
 from pymoo.algorithms.soo.nonconvex import pso
 
-from springopt import Optimizer, Problem
+from springopt.optimizer import Optimizer
+from springopt.problem import Problem
 from springopt_pymoo.search import Scene, first_generation, require_options, search
 
 
@@ -27,9 +28,7 @@ class PSO(Optimizer):
     perturb_best: bool = True  #: whether one particle of each generation is a mutation of the swarm's best
 
     def __post_init__(self) -> None:
-        require_options(
-            self, population=(2, 1e6), inertia=(0, 2), cognitive=(0, 10), social=(0, 10), fastest=(0, 1)
-        )
+        require_options(self, population=(2, 1e6), inertia=(0, 2), cognitive=(0, 10), social=(0, 10), fastest=(0, 1))
 
     def minimize(self, problem: Problem, rng: np.random.Generator) -> None:
         algorithm = pso.PSO(

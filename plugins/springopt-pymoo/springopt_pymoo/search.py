@@ -10,31 +10,28 @@ from pymoo.core.algorithm import Algorithm
 from pymoo.core.problem import Problem as PymooProblem
 from pymoo.core.termination import NoTermination
 
-from springopt import Problem
 from springopt.checks import Floats
 from springopt.errors import UserError
-
+from springopt.problem import Problem
 
 ATTEMPTS = 10  # at children that are nobody's duplicates; then a generation is smaller
 
 
 class Scene(PymooProblem):
-    """The problem as pymoo sees it: a box, and goals for a whole generation at once.
+    """The problem as pymoo sees it: a box, and values for a whole generation at once.
 
     Args:
         problem: what is asked.
-        goals: 1 for the value, 2 for the value and the number of springs.
-        variables: in place of the box, pymoo's `vars`.
+        facts: what else pymoo's Problem takes; `vars` stand in place of the box.
     """
 
-    def __init__(self, problem: Problem, goals: int = 1, **variables: Any) -> None:
-        box = variables or {"n_var": problem.size, "xl": problem.lower, "xu": problem.upper}
-        super().__init__(n_obj=goals, **box)
-        self.ask = problem.evaluate if goals == 1 else problem.objectives
+    def __init__(self, problem: Problem, **facts: Any) -> None:
+        box = {"n_var": problem.size, "xl": problem.lower, "xu": problem.upper}
+        super().__init__(**{"n_obj": 1} | ({} if "vars" in facts else box) | facts)
+        self.problem = problem
 
     def _evaluate(self, individuals: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
-        points = self.points(individuals)
-        out["F"] = self.ask(points).reshape(len(points), -1)
+        out["F"] = self.problem.evaluate(self.points(individuals))[:, None]
 
     def points(self, individuals: Any) -> Floats:
         """What pymoo's individuals stand for, shape (m, size)."""
