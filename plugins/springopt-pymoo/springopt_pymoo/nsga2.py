@@ -25,7 +25,7 @@ class NSGA2(Optimizer):
     population: int = 100  #: individuals
     crossover_eta: float = 15.0  #: numbers: the higher, the closer two children are to their parents
     mutation_eta: float = 20.0  #: numbers: the higher, the smaller the steps of mutation
-    switches: float = 1.0  #: numbers: springs that mutation puts in or takes out of a child, in the mean
+    switches: float = 0.3  #: numbers: springs that mutation puts in or takes out of a child, in the mean
 
     def __post_init__(self) -> None:
         require_options(self, population=(2, 1e6), crossover_eta=(0, 1e3), mutation_eta=(0, 1e3), switches=(0, 1e6))
