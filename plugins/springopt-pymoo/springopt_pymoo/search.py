@@ -1,0 +1,68 @@
+"""pymoo's loop on a springopt problem: one generation is one question, and the budget unwinds the loop."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from pymoo.algorithms.base.genetic import GeneticAlgorithm
+from pymoo.core.algorithm import Algorithm
+from pymoo.core.problem import Problem as PymooProblem
+from pymoo.core.termination import NoTermination
+
+from springopt.checks import Floats
+from springopt.errors import UserError
+from springopt.problem import Problem
+
+ATTEMPTS = 10  # at children that are nobody's duplicates; then a generation is smaller
+
+
+class Scene(PymooProblem):
+    """The problem as pymoo sees it: a box, and values for a whole generation at once.
+
+    Args:
+        problem: what is asked.
+        facts: what else pymoo's Problem takes; `vars` stand in place of the box.
+    """
+
+    def __init__(self, problem: Problem, **facts: Any) -> None:
+        box = {"n_var": problem.size, "xl": problem.lower, "xu": problem.upper}
+        super().__init__(**{"n_obj": 1} | ({} if "vars" in facts else box) | facts)
+        self.problem = problem
+
+    def _evaluate(self, individuals: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
+        out["F"] = self.problem.evaluate(self.points(individuals))[:, None]
+
+    def points(self, individuals: Any) -> Floats:
+        """What pymoo's individuals stand for, shape (m, size)."""
+        return individuals
+
+
+def search(algorithm: Algorithm, scene: Scene, rng: np.random.Generator) -> None:
+    """Generation after generation until the budget is spent, or until pymoo finds nothing new to ask.
+
+    No criterion of pymoo ends it earlier, and all operators draw from `rng`.
+    """
+    algorithm.setup(scene, termination=NoTermination())
+    algorithm.random_state = rng
+    if isinstance(algorithm, GeneticAlgorithm):
+        algorithm.mating.n_max_iterations = ATTEMPTS
+    while algorithm.has_next():
+        algorithm.next()
+
+
+def first_generation(problem: Problem, rng: np.random.Generator, count: int) -> Any:
+    """Points to begin with, shape (count, size); truth values in a binary box, as pymoo's operators want them."""
+    points = problem.sample(rng, count)
+    return points.astype(bool) if problem.kind == "binary" else points
+
+
+def require_options(optimizer: Any, **ranges: tuple[float, float]) -> None:
+    """Refuses an option outside its range; none, which stands for pymoo's default, is always inside."""
+    for name, (lowest, highest) in ranges.items():
+        number = getattr(optimizer, name)
+        if number is not None and not lowest <= number <= highest:
+            raise UserError(
+                f"option {name} of {optimizer.name} lies in [{lowest:g}, {highest:g}], not at {number}; "
+                "give another value."
+            )
