@@ -15,7 +15,11 @@ import springopt as so
 from springopt.budget import Budget
 from springopt.forward.status import MECHANISM
 from springopt.testing import Bowl, Box, Tape, check_optimizer
-from springopt.testing.optimizer_checks import check_runs_to_its_end, check_same_seed_same_journal, check_stays_in_the_box
+from springopt.testing.optimizer_checks import (
+    check_runs_to_its_end,
+    check_same_seed_same_journal,
+    check_stays_in_the_box,
+)
 
 OPTIMIZERS = [CMAES, DE, GA, MixedGA, NSGA2, PSO]
 BINARY = [GA, MixedGA, NSGA2]
