@@ -10,7 +10,7 @@ from springopt.checks import Floats
 from springopt_gradient.quadratic import minimize_in_box
 
 #: Norms are rounded off below these shares of their mean, one a Newton step; the last one is repeated.
-ROUNDINGS = np.maximum(0.3 ** np.arange(1, 41), 1e-7)
+ROUNDINGS = np.maximum(0.3 ** np.arange(1, 41), 1e-9)
 #: Steps below this share of the box end the search.
 SETTLED = 1e-8
 #: The share of the way to where a dual vector has length 1.

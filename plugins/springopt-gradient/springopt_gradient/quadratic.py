@@ -9,6 +9,8 @@ from springopt.checks import Booleans, Floats, Integers
 
 #: Exchanges of all offenders at once that may go by without fewer of them, before one is exchanged at a time.
 PATIENCE = 3
+#: A bound so near to zero is where the search stands.
+AT_BOUND = 1e-12
 #: A slope below this share of the largest one at the box's border is rounding.
 ROUNDING = 1e-12
 
@@ -20,7 +22,8 @@ def minimize_in_box(A: Floats, g: Floats, lower: Floats, upper: Floats) -> Float
     that left the box, and those on a bound whose slope leads inside. Portugal, Júdice and Vicente (1994), with Murty's
     rule of the last index where that does not settle, here for two bounds.
     """
-    side = np.zeros(len(g), dtype=np.int64)  # -1: on the lower bound, 1: on the upper one, 0: between
+    # -1: on the lower bound, 1: on the upper one, 0: between. Whoever stands on a bound and is pushed there may stay.
+    side = np.where((lower >= -AT_BOUND) & (g > 0), -1, np.where((upper <= AT_BOUND) & (g < 0), 1, 0))
     fewest, patience = len(g) + 1, PATIENCE
     slack = ROUNDING * float(np.abs(g).max(initial=0.0))
     for _ in range(10 * len(g) + 100):  # rounding may make ties go round for ever

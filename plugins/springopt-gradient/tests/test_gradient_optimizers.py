@@ -10,6 +10,7 @@ from springopt_gradient import LBFGSB, GaussNewton, SparsePath
 import springopt as so
 from springopt.budget import Budget
 from springopt.testing import CHECKS, Bowl, Box
+from springopt.testing.cliff import Cliff
 
 OPTIMIZERS = [GaussNewton, LBFGSB, SparsePath]
 #: The lowest objective known of paper-fem-2d; each of the 20 starts of the README ends in it.
@@ -21,7 +22,8 @@ ABSENT = [3, 9, 20, 31, 38, 44, 52, 60, 66, 70]
 def minimized(optimizer: so.Optimizer, *, cliff: float = np.inf, evaluations: int = 400) -> so.Problem:
     """A bowl of six numbers, two of them best on the box's border, after the optimizer was at work on it."""
     box = Box(np.zeros(6), np.full(6, 10.0))
-    problem = so.Problem(Bowl(np.linspace(-2.0, 12.0, 6), cliff=cliff), box, Budget(evaluations=evaluations))
+    bowl = Cliff(Bowl(np.linspace(-2.0, 12.0, 6)), cliff)
+    problem = so.Problem(bowl, box, Budget(evaluations=evaluations))
     with contextlib.suppress(so.BudgetSpent):
         optimizer.minimize(problem, np.random.default_rng(0))
     return problem
