@@ -182,6 +182,7 @@ def _result(
         start=label(start) if start else None,
         options=order.options,
         scene=setup.scene.name,
+        scene_digest=setup.scene.digest(),
         seed=order.seed,
         run=None if path is None else str(path),
         complete=why != "interrupted",

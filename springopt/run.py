@@ -60,6 +60,7 @@ class Run:
     objective_of_present: float | None = None
     notes: dict[str, list[tuple[int, float]]] = field(default_factory=dict)  #: what the optimizer noted, likewise
     start: str | None = None  #: the optimizer that ran first, or the run whose best point was the first guess
+    scene_digest: str | None = None  #: of what decides the scene's values, see `Scene.digest`
     front: Front = field(default_factory=Front)  #: empty where the optimizer asked for values alone
 
     @property

@@ -53,10 +53,9 @@ def _computed(scene: Scene, starts: int, seed: int) -> Floor:
 def _of_run(scene: Scene, path: str) -> Floor:
     from springopt.analysis.floor import floor_at
 
-    contents = read_run(path)
-    if scene.digest_of(contents.order.scene) != scene.digest():
+    run = read_run(path).run
+    if run.scene_digest != scene.digest():
         raise UserError(f"{path} is a run on another scene, or on another state of {scene.name}; give one on this.")
-    run = contents.run
     source = f"{run.method}, seed {run.seed}, {run.evaluations} evaluations"
     return floor_at(scene.build(), run.point, source)
 

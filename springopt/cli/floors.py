@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from springopt.analysis.known_floor import Floor
-    from springopt.run import Order, Run
+    from springopt.run import Run
 
 
 @dataclass(frozen=True)
@@ -21,17 +21,14 @@ class Place:
     said: str | None  #: one line; None where nothing is stored
 
 
-def place_of(order: Order, run: Run, folders: Sequence[Path]) -> Place:
+def place_of(run: Run, folders: Sequence[Path]) -> Place:
     """Looks for the scene's floor in the package and in these folders."""
     from springopt.analysis.known_floor import stored_floors
 
     stored = stored_floors(run.scene, folders)
     if not stored:
         return Place(None, None)
-    from springopt.scene import Scene
-
-    digest = Scene.digest_of(order.scene)
-    floor = next((each for each in stored if each.digest == digest), None)
+    floor = next((each for each in stored if each.digest == run.scene_digest), None)
     if floor is None:
         hint = "the floor that is stored belongs to another state of this scene; springopt floor computes a new one"
         return Place(None, hint)

@@ -27,7 +27,7 @@ def command(run: str, figure: str | None, as_json: bool) -> None:
     contents = read_run(run)
     if figure_path is not None:
         _draw(contents, figure_path)
-    place = place_of(contents.order, contents.run, [Path(run).parent, Path()])
+    place = place_of(contents.run, [Path(run).parent, Path()])
     if as_json:
         click.echo(with_floor(contents.run, place))
         return

@@ -13,7 +13,7 @@ import click
 from springopt.cli.floors import place_of, with_floor
 from springopt.cli.main import COMMANDS
 from springopt.cli.results import print_run
-from springopt.cli.runs import read_run, require_no_folder
+from springopt.cli.runs import require_no_folder
 from springopt.errors import UserError
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ def command(ctx: click.Context, /, resumed: str | None, threads: int, as_json: b
     if resumed is not None:
         _require_alone(ctx)
     run = _resume(resumed, threads) if resumed is not None else _solve(threads=threads, **order)
-    place = place_of(read_run(str(run.run)).order, run, [Path(str(run.run if resumed else order["scene"])).parent])
+    place = place_of(run, [Path(str(run.run if resumed else order["scene"])).parent])
     if as_json:
         click.echo(with_floor(run, place))
     else:

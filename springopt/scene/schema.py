@@ -81,11 +81,6 @@ class Scene(Table):
         return hashlib.blake2b(json.dumps(tables, sort_keys=True).encode(), digest_size=16).hexdigest()
 
     @classmethod
-    def digest_of(cls, text: str) -> str:
-        """The digest of a scene that `to_json` wrote, without building its lattice."""
-        return cls.model_validate(json.loads(text)).digest()
-
-    @classmethod
     def from_json(cls, text: str) -> Scene:
         """The scene that `to_json` wrote."""
         from springopt.scene.load import read_json

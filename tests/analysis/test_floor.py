@@ -143,7 +143,7 @@ def test_a_digest_is_of_what_decides_the_values() -> None:
     assert changed(**beside, load_cases=cases | {"test": []}).digest() == scene.digest()
     assert changed(load_cases=cases | {"scale": 1.1}).digest() != scene.digest()
     assert changed(objective={"minimize": "least-squares"}).digest() != scene.digest()
-    assert Scene.digest_of(scene.to_json()) == scene.digest()
+    assert Scene.from_json(scene.to_json()).digest() == scene.digest()
 
 
 @pytest.mark.parametrize("name", bundled_scenes())

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 REPORT = """
 import sys
@@ -35,3 +36,9 @@ def test_checking_a_scene_imports_no_kernels() -> None:
     script = "import sys, springopt; springopt.load_scene('paper-stiffness-2d'); print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert not set(done.stdout.split()) & {"numba", "matplotlib", "h5py", "skfem", "scipy"}
+
+
+def test_showing_a_run_imports_neither_kernels_nor_what_computes_floors(tmp_path: Path) -> None:
+    run = str(tmp_path / "run.h5")
+    imported("solve", "paper-fem-2d-4", "--optimizer", "random-search", "--evaluations", "3", "--out", run)
+    assert not imported("show", run) & {"numba", "matplotlib", "skfem", "scipy", "pydantic"}
