@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from lines import line
 
+from springopt.analysis.analytic_start import analytic_start
 from springopt.analysis.floor import compute_floor, floor_at
 from springopt.analysis.known_floor import Floor, floor_file, read_floor, store_floor, stored_floors
 from springopt.errors import UserError
@@ -156,6 +157,9 @@ def test_the_stored_floor_of_a_bundled_scene_is_current_and_its_point_has_that_v
     assert value == pytest.approx(floor.reached, rel=1e-7, abs=1e-9)
     assert floor.value == (floor.reached if floor.proof is None else 0.0)
     assert floor.evidence.get("agreed") == floor.evidence.get("starts")
+    start = analytic_start(setup)
+    if start is not None:  # its plugin is installed
+        assert floor.analytic == pytest.approx(start[1], rel=1e-7), f"compute it again: springopt floor {name}"
 
 
 def test_no_known_floor_is_above_that_of_a_finer_encoding() -> None:
