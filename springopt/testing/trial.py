@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from threadpoolctl import threadpool_limits
 
 from springopt.budget import Budget
 from springopt.checks import Floats
@@ -85,14 +86,17 @@ def attempt(
     tape: Tape | None = None,
     cut: float = math.inf,
 ) -> Trial:
-    """Lets the optimizer run on the task, in a thread that is left alone if it never ends."""
+    """Lets the optimizer run on the task, in a thread that is left alone if it never ends.
+
+    Its linear algebra has one thread, as in a run.
+    """
     tape = tape or Tape()
     problem = WatchedProblem(task, budget, tape, cut)
     errors: list[BaseException] = []
 
     def work() -> None:
         try:
-            with contextlib.suppress(BudgetSpent, Interrupted):
+            with contextlib.suppress(BudgetSpent, Interrupted), threadpool_limits(1, user_api="blas"):
                 optimizer.minimize(problem, np.random.default_rng(seed))
         except BaseException as error:
             errors.append(error)
