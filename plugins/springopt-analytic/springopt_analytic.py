@@ -10,18 +10,19 @@ from collections import Counter
 from dataclasses import dataclass
 from itertools import combinations, combinations_with_replacement, permutations
 from math import factorial, prod
-from typing import ClassVar, Literal, NamedTuple, cast
+from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, cast
 
 import numpy as np
 
 from springopt.checks import Booleans, Floats, Integers
 from springopt.errors import UserError
 from springopt.lattice import SpringLattice
-from springopt.objective import Objective
 from springopt.optimizer import Optimizer
 from springopt.problem import Problem
-from springopt.reference import Reference
-from springopt.reference.spring import SpringReference
+
+if TYPE_CHECKING:  # kernels, which are not to be imported where optimizers are only listed
+    from springopt.objective import Objective
+    from springopt.reference import Reference
 
 #: Where each corner of a block lies, in VTK order.
 BLOCKS: dict[str, list[tuple[int, ...]]] = {
@@ -66,7 +67,7 @@ class Formula(Optimizer):
             raise UserError(f"option poisson of {self.name} lies in (-1, 0.5), not at {self.poisson:g}; give another.")
 
     def minimize(self, problem: Problem, rng: np.random.Generator) -> None:
-        objective = cast(Objective, problem.objective)
+        objective = cast("Objective", problem.objective)
         lattice = objective.model.lattice
         material = _material(objective.reference, lattice.dimension)
         body = _body(self.name, lattice, material.thickness)
@@ -216,8 +217,6 @@ def _division(cell_type: str) -> tuple[Integers, float]:
 
 def _material(reference: Reference | None, dimension: int) -> Material:
     """The reference's, or one without a Young's modulus, 0, where it has no material."""
-    if reference is None or isinstance(reference, SpringReference):
-        return Material(0.0, CAUCHY_POISSON[dimension], 1.0)
     from springopt.reference.fem import FemReference
 
     if not isinstance(reference, FemReference):

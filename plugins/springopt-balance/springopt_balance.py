@@ -8,17 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar, Literal, NamedTuple, cast
+from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, cast
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, qr, solve_triangular
 
 from springopt.checks import Booleans, Floats, Integers
 from springopt.errors import UserError
-from springopt.model import Model
-from springopt.objective import Objective
 from springopt.optimizer import Optimizer
 from springopt.problem import Problem
+
+if TYPE_CHECKING:  # kernels, which are not to be imported where optimizers are only listed
+    from springopt.model import Model
+    from springopt.objective import Objective
 
 #: How strongly an unknown that no load case tells is drawn to the common number, beside the others' weight.
 DRAW = 1e-9
@@ -49,7 +51,7 @@ class Balance(Optimizer):
             raise UserError(f"option passes of balance is at least 1, not {self.passes}; give more.")
 
     def minimize(self, problem: Problem, rng: np.random.Generator) -> None:
-        objective, encoding, lower = cast(Objective, problem.objective), problem.encoding, problem.lower
+        objective, encoding, lower = cast("Objective", problem.objective), problem.encoding, problem.lower
         _require_springs_alone(objective.model)
         cases = _cases(objective, problem.size)
         origin = encoding.decode(lower)

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
-from pymoo.algorithms.soo.nonconvex import cmaes
-from pymoo.core.initialization import Initialization
 
-from springopt.checks import Floats
 from springopt.optimizer import Optimizer
 from springopt.problem import Problem
-from springopt_pymoo.search import Scene, require_options, search
+from springopt_pymoo.ranges import require_options
 
 RESTARTS = 1000  # more than any budget lasts for, as each is twice as large as the one before
 
@@ -33,8 +30,11 @@ class CMAES(Optimizer):
         require_options(self, first=(1, 1e6), sigma=(1e-12, 10), population=(4, 1e6), growth=(1, 100))
 
     def minimize(self, problem: Problem, rng: np.random.Generator) -> None:
-        scene = _Box(problem)
-        algorithm = _CMAES(
+        from springopt_pymoo.cma_box import CmaBox, SeededCMAES
+        from springopt_pymoo.search import search
+
+        scene = CmaBox(problem)
+        algorithm = SeededCMAES(
             scene.individuals(problem.sample(rng, self.first)),
             rng,
             sigma=self.sigma,
@@ -44,32 +44,3 @@ class CMAES(Optimizer):
             bipop=self.bipop,
         )
         search(algorithm, scene, rng)
-
-
-class _CMAES(cmaes.CMAES):
-    """Begins at given points, and draws from `rng` alone: cma would seed NumPy's global generator."""
-
-    def __init__(self, first: Floats, rng: np.random.Generator, **options: Any) -> None:
-        super().__init__(randn=lambda *shape: rng.standard_normal(shape), **options)
-        self.initialization = Initialization(first)
-
-    def _setup(self, problem: Any, **kwargs: Any) -> None:
-        super()._setup(problem, **kwargs)
-        self.options["seed"] = np.nan
-
-
-class _Box(Scene):
-    """A box of at least two dimensions, which cma wants: a single number gets an idle companion."""
-
-    def __init__(self, problem: Problem) -> None:
-        self.idle = max(0, 2 - problem.size)
-        self.lower, self.upper = problem.lower, problem.upper
-        xl, xu = np.append(self.lower, np.zeros(self.idle)), np.append(self.upper, np.ones(self.idle))
-        super().__init__(problem, n_var=problem.size + self.idle, xl=xl, xu=xu)
-
-    def individuals(self, points: Floats) -> Floats:
-        return np.pad(points, ((0, 0), (0, self.idle)))
-
-    def points(self, individuals: Floats) -> Floats:
-        # Rounding may leave the box by a bit.
-        return np.clip(individuals[:, : len(self.lower)], self.lower, self.upper)

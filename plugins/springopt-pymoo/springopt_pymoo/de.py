@@ -6,11 +6,10 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 import numpy as np
-from pymoo.algorithms.soo.nonconvex import de
 
 from springopt.optimizer import Optimizer
 from springopt.problem import Problem
-from springopt_pymoo.search import Scene, first_generation, require_options, search
+from springopt_pymoo.ranges import require_options
 
 
 @dataclass(frozen=True)
@@ -30,6 +29,10 @@ class DE(Optimizer):
         require_options(self, population=(6, 1e6), F=(0, 2), CR=(0, 1))
 
     def minimize(self, problem: Problem, rng: np.random.Generator) -> None:
+        from pymoo.algorithms.soo.nonconvex import de
+
+        from springopt_pymoo.search import Scene, first_generation, search
+
         algorithm = de.DE(
             pop_size=self.population,
             sampling=first_generation(problem, rng, self.population),

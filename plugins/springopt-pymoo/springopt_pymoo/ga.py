@@ -6,12 +6,10 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from pymoo.algorithms.soo.nonconvex import ga
 
 from springopt.optimizer import Optimizer
 from springopt.problem import Problem
-from springopt_pymoo.operators import binary_operators, real_operators
-from springopt_pymoo.search import Scene, first_generation, require_options, search
+from springopt_pymoo.ranges import require_options
 
 
 @dataclass(frozen=True)
@@ -28,6 +26,11 @@ class GA(Optimizer):
         require_options(self, population=(2, 1e6), children=(1, 1e6), crossover_eta=(0, 1e3), mutation_eta=(0, 1e3))
 
     def minimize(self, problem: Problem, rng: np.random.Generator) -> None:
+        from pymoo.algorithms.soo.nonconvex import ga
+
+        from springopt_pymoo.operators import binary_operators, real_operators
+        from springopt_pymoo.search import Scene, first_generation, search
+
         is_binary = problem.kind == "binary"
         operators = binary_operators() if is_binary else real_operators(self.crossover_eta, self.mutation_eta)
         algorithm = ga.GA(

@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
-from pymoo.algorithms.moo import nsga2
-from pymoo.operators.crossover.sbx import SBX
-from pymoo.operators.mutation.pm import PM
 
-from springopt.checks import Booleans, Floats
 from springopt.optimizer import Optimizer
 from springopt.problem import Problem
-from springopt_pymoo.operators import binary_operators
-from springopt_pymoo.search import Scene, first_generation, require_options, search
+from springopt_pymoo.ranges import require_options
 
 
 @dataclass(frozen=True)
@@ -31,65 +26,19 @@ class NSGA2(Optimizer):
         require_options(self, population=(2, 1e6), crossover_eta=(0, 1e3), mutation_eta=(0, 1e3), switches=(0, 1e6))
 
     def minimize(self, problem: Problem, rng: np.random.Generator) -> None:
+        from pymoo.algorithms.moo import nsga2
+
+        from springopt_pymoo.operators import binary_operators
+        from springopt_pymoo.search import first_generation, search
+        from springopt_pymoo.whole_springs import TwoGoals, spring_operators
+
+        if problem.kind == "binary":
+            operators = binary_operators()
+        else:
+            operators = spring_operators(self.crossover_eta, self.mutation_eta, self.switches / problem.size)
         algorithm = nsga2.NSGA2(
             pop_size=self.population,
             sampling=first_generation(problem, rng, self.population),
-            **(binary_operators() if problem.kind == "binary" else self._real_operators(problem)),
+            **operators,
         )
-        search(algorithm, _TwoGoals(problem), rng)
-
-    def _real_operators(self, problem: Problem) -> dict[str, Any]:
-        switched = min(self.switches / problem.size, 1.0)
-        return {
-            "crossover": _WholeSprings(eta=self.crossover_eta, prob=0.9),
-            "mutation": _Switches(eta=self.mutation_eta, switched=switched),
-        }
-
-
-class _TwoGoals(Scene):
-    """The value and the number of springs, under the constraint that there is an equilibrium.
-
-    Without it the front would go on to no springs at all, through candidates that fail with ever fewer of them.
-    """
-
-    def __init__(self, problem: Problem) -> None:
-        super().__init__(problem, n_obj=2, n_ieq_constr=1)
-        # An objective without physics need not have a cap.
-        self.cap = getattr(problem.objective, "cost_cap", np.inf)
-
-    def _evaluate(self, individuals: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
-        out["F"] = self.problem.objectives(individuals)
-        value = out["F"][:, :1]
-        out["G"] = np.where(value < self.cap, -1.0, value)  # what is positive violates, the graded cost the more
-
-
-def _absent(points: Floats) -> Booleans:
-    """Which springs are not there: a stiffness is never below 0."""
-    return points == 0.0
-
-
-class _WholeSprings(SBX):
-    """Simulated binary crossover between springs; one that a parent lacks is inherited whole, or not at all.
-
-    Between 0 and a stiffness it would leave a weak spring in place of none.
-    """
-
-    def _do(self, problem: Any, parents: Floats, *args: Any, random_state: Any = None, **kwargs: Any) -> Floats:
-        children = super()._do(problem, parents, *args, random_state=random_state, **kwargs)
-        exchanged = random_state.random(parents.shape[1:]) < 0.5
-        return np.where(_absent(parents).any(axis=0), np.where(exchanged, parents[::-1], parents), children)
-
-
-class _Switches(PM):
-    """Polynomial mutation of the springs that are there; some are taken out, and absent ones put in at random."""
-
-    def __init__(self, *, switched: float, **options: Any) -> None:
-        super().__init__(**options)
-        self.switched = switched
-
-    def _do(self, problem: Any, points: Floats, *args: Any, random_state: Any = None, **kwargs: Any) -> Floats:
-        moved = super()._do(problem, points, *args, random_state=random_state, **kwargs)
-        moved = np.where(_absent(points), points, moved)
-        switched = (random_state.random(points.shape) < self.switched) & (problem.xl == 0.0)
-        new = np.where(_absent(points), random_state.uniform(problem.xl, problem.xu, points.shape), 0.0)
-        return np.where(switched, new, moved)
+        search(algorithm, TwoGoals(problem), rng)

@@ -6,11 +6,10 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from pymoo.algorithms.soo.nonconvex import pso
 
 from springopt.optimizer import Optimizer
 from springopt.problem import Problem
-from springopt_pymoo.search import Scene, first_generation, require_options, search
+from springopt_pymoo.ranges import require_options
 
 
 @dataclass(frozen=True)
@@ -31,6 +30,10 @@ class PSO(Optimizer):
         require_options(self, population=(2, 1e6), inertia=(0, 2), cognitive=(0, 10), social=(0, 10), fastest=(0, 1))
 
     def minimize(self, problem: Problem, rng: np.random.Generator) -> None:
+        from pymoo.algorithms.soo.nonconvex import pso
+
+        from springopt_pymoo.search import Scene, first_generation, search
+
         algorithm = pso.PSO(
             pop_size=self.population,
             sampling=first_generation(problem, rng, self.population),

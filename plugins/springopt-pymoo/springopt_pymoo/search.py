@@ -11,7 +11,6 @@ from pymoo.core.problem import Problem as PymooProblem
 from pymoo.core.termination import NoTermination
 
 from springopt.checks import Floats
-from springopt.errors import UserError
 from springopt.problem import Problem
 
 ATTEMPTS = 10  # at children that are nobody's duplicates; then a generation is smaller
@@ -55,14 +54,3 @@ def first_generation(problem: Problem, rng: np.random.Generator, count: int) -> 
     """Points to begin with, shape (count, size); truth values in a binary box, as pymoo's operators want them."""
     points = problem.sample(rng, count)
     return points.astype(bool) if problem.kind == "binary" else points
-
-
-def require_options(optimizer: Any, **ranges: tuple[float, float]) -> None:
-    """Refuses an option outside its range; none, which stands for pymoo's default, is always inside."""
-    for name, (lowest, highest) in ranges.items():
-        number = getattr(optimizer, name)
-        if number is not None and not lowest <= number <= highest:
-            raise UserError(
-                f"option {name} of {optimizer.name} lies in [{lowest:g}, {highest:g}], not at {number}; "
-                "give another value."
-            )
