@@ -59,15 +59,20 @@ def _linear_optimum(problem: Problem, point: Floats, residuals: Floats, jacobian
 
 
 def _step_towards(problem: Problem, point: Floats, value: float, target: Floats) -> tuple[Floats, float]:
-    """The first of ever shorter steps to the target that is lower, and its value; the point itself where none is."""
-    step = 1.0
+    """The point on the way to the target, and its value: steps are halved until they are lower, and then no more.
+
+    A full step that is lower may still lie on the other side of a valley, where the next one would lead back.
+    """
+    best, lowest, step = point, value, 1.0
     while step >= SHORTEST_STEP:
         trial = np.clip(point + step * (target - point), problem.lower, problem.upper)
         trial_value = float(problem.evaluate(trial[None])[0])
-        if trial_value < value:
-            return trial, trial_value
+        if trial_value < lowest:
+            best, lowest = trial, trial_value
+        elif lowest < value:
+            break
         step /= 2
-    return point, value
+    return best, lowest
 
 
 def _last_digits(problem: Problem, point: Floats) -> Floats:

@@ -162,6 +162,16 @@ def test_the_stored_floor_of_a_bundled_scene_is_current_and_its_point_has_that_v
         assert floor.analytic == pytest.approx(start[1], rel=1e-7), f"compute it again: springopt floor {name}"
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["paper-fem-2d", "paper-fem-2d-4", "paper-fem-2d-8"])
+def test_the_stored_floor_is_found_again_from_other_starts(name: str) -> None:
+    stored = read_floor(floor_file(name))
+    assert stored is not None
+    found = compute_floor(load_scene(name).build(), starts=3, seed=100)
+    assert found.value == pytest.approx(stored.value, rel=1e-9)
+    assert found.evidence["agreed"] == 3
+
+
 def test_no_known_floor_is_above_that_of_a_finer_encoding() -> None:
     coarse_to_fine = ("-homogeneous", "-two-class", "-three-class", "")
     floors = [read_floor(floor_file(f"paper-fem-2d{which}")) for which in coarse_to_fine]
