@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from scipy.optimize import minimize
 
 from springopt.checks import Floats
 from springopt.errors import NoEquilibrium, UserError
@@ -71,6 +70,8 @@ class Descent:
         SciPy's measure of progress is a share of the first value, and its line search may fail; so one more search from
         where it stopped tells whether that was the end.
         """
+        from scipy.optimize import minimize
+
         unit = self.value
         options = {"maxcor": memory, "ftol": tolerance, "gtol": 0.0, "maxiter": FOREVER, "maxfun": FOREVER}
         bounds = [(0.0, 1.0)] * len(self._point)
