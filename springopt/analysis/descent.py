@@ -39,7 +39,7 @@ def least_squares_optimum(problem: Problem, start: Floats) -> Floats:
 
 
 def distance_optimum(problem: Problem, start: Floats, dimension: int) -> Floats:
-    """The point, shape (size,), where the sum of node distances ends, from a start near its minimum."""
+    """The point, shape (size,), where the sum of node distances ends from a start that has an equilibrium."""
     point, value = start, float(problem.evaluate(start[None])[0])
     for _ in range(STEPS):
         residuals, jacobian = problem.jacobian(point)

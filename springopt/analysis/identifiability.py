@@ -15,7 +15,7 @@ from threadpoolctl import threadpool_limits
 
 from springopt.analysis.point import Point
 from springopt.analysis.sensitivity import Sensitivity, sensitivity
-from springopt.analysis.unseen import why_unseen
+from springopt.analysis.unseen import seen, stretch, why_unseen
 from springopt.checks import Booleans, Floats, Integers, require_positive
 from springopt.scene import Setup
 
@@ -83,9 +83,11 @@ def identify(setup: Setup, point: Point, *, noise: float | None = None) -> Ident
     derivatives = sensitivity(objective, setup.encoding, point)
     spectrum = _spectrum(derivatives.unknowns)
     strengths = _strengths(derivatives, sum(case.role == "train" for case in setup.cases))
-    is_seen = strengths.max(axis=0) > RANK_TOLERANCE * strengths.max()
+    stretched = stretch(objective, derivatives.stiffness)
+    is_seen_in = seen(stretched, derivatives.stiffness, strengths)
+    is_seen: Booleans = np.any(is_seen_in, axis=0)
     unseen = np.flatnonzero(~is_seen).tolist()
-    reasons = why_unseen(objective, derivatives.stiffness, unseen)
+    reasons = why_unseen(objective, derivatives.stiffness, stretched, unseen)
     return Identifiability(
         at=point.said,
         noise=float(noise),
@@ -93,7 +95,7 @@ def identify(setup: Setup, point: Point, *, noise: float | None = None) -> Ident
         standard_errors=_standard_errors(derivatives.spread, spectrum, noise),
         singular_values=spectrum.values,
         rank=spectrum.rank,
-        best_case=np.where(is_seen, strengths.argmax(axis=0), -1),
+        best_case=np.where(is_seen, (strengths * is_seen_in).argmax(axis=0), -1),
         unseen=[Unseen(spring, why) for spring, why in zip(unseen, reasons, strict=True)],
         shared=_shared(derivatives.spread @ spectrum.free, is_seen),
     )

@@ -1,14 +1,14 @@
-"""Why a spring moves nothing: what its ends and its force do in each load case, computed and not guessed.
+"""Which springs no load case sees, and why: what their ends and forces do in each, computed and not guessed.
 
-At an equilibrium K du = -(dF/dk) dk, and dF/dk is the spring's elongation along its direction, at its two ends. So du
-vanishes where the spring has its rest length, where supports take up its force at both ends, or where the ends hang on
-modes that nothing resists. A spring that has its rest length at this stiffness is looked at again at others: if it has
-it there too, no load reaches it.
+At an equilibrium K du = -(dF/dk) dk, and dF/dk, the spring's *pull*, is its elongation along its direction, at the ends
+that no support takes up. So du vanishes where the spring has its rest length, where supports take up its force at both
+ends, or where the ends hang on modes that nothing resists, which are kept at rest. A spring that has its rest length at
+this stiffness is looked at again at others: if it has it there too, no load reaches it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,30 +19,72 @@ from springopt.lattice import SpringLattice
 from springopt.load_case import LoadCase
 from springopt.objective import Objective
 
-SMALL = 1e-9  # a share of the largest elongation, or of a unit vector, that counts as zero
+SMALL = 1e-10  # a share of the largest elongation, of a unit vector or of the body that counts as zero
 ROUNDING = 8 * np.finfo(float).eps  # of a length
+RIGID = 1e-12  # what moves less under a pull than this share of a single spring's answer is kept at rest
 OTHERS = 2  # stiffnesses beside the given one
 TOLERANCE = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
+class Stretched:
+    """The training load cases at one stiffness, and what the springs do there."""
+
+    cases: list[LoadCase]
+    positions: Floats  #: shape (c, n, d)
+    has_rest_length: Booleans  #: shape (c, s)
+    pulls: Floats  #: |dF/dk| where nothing holds the ends [length], exactly 0 where it is rounding, shape (c, s)
+
+
+def stretch(objective: Objective, stiffness: Floats) -> Stretched:
+    """What the springs do at a stiffness, shape (s,)."""
+    cases = [case for case in objective.cases if case.role == "train"]
+    positions = objective.model.solve(stiffness, cases, TOLERANCE).positions
+    spans, elongations = _spans(objective.model.lattice, positions)
+    has_rest_length = elongations == 0
+    lengths = np.linalg.norm(spans, axis=-1, keepdims=True)
+    directions = np.divide(spans, lengths, out=np.zeros_like(spans), where=lengths > 0)
+    ends = objective.model.lattice.springs
+    free = np.array([case.free[ends] for case in cases])  # (c, s, 2, d)
+    taken = np.where(free & (np.abs(directions) > SMALL)[:, :, None], directions[:, :, None], 0.0)
+    return Stretched(cases, positions, has_rest_length, np.sqrt((taken**2).sum(axis=(2, 3))) * np.abs(elongations))
+
+
+def seen(stretched: Stretched, stiffness: Floats, strengths: Floats) -> Booleans:
+    """Which load case sees which spring, shape (c, s), from how far it moves the nodes, |du/dk|, shape (c, s)."""
+    return (stretched.pulls > 0) & (strengths > RIGID * stretched.pulls / stiffness.max())
+
+
+def why_unseen(objective: Objective, stiffness: Floats, stretched: Stretched, springs: Sequence[int]) -> list[str]:
+    """For each of these springs, which no load case sees, a sentence: why."""
+    if not springs:
+        return []
+    model = objective.model
+    others = stiffness * np.random.default_rng(0).uniform(0.9, 1.1, size=(OTHERS, len(stiffness)))
+    elsewhere = _spans(model.lattice, model.solve_many(others, stretched.cases, TOLERANCE).positions)[1] == 0
+    weights = constant_forces(model.lattice, model.effects)
+    equilibria = [
+        _Equilibrium(
+            case=case,
+            loaded=np.any(case.forces + weights, axis=1),
+            positions=stretched.positions[number],
+            has_rest_length=stretched.has_rest_length[number],
+            keeps_it=np.all(elsewhere[:, number], axis=0),
+        )
+        for number, case in enumerate(stretched.cases)
+    ]
+    return [_sentence(model.lattice, stiffness > 0, equilibria, spring) for spring in springs]
+
+
+@dataclass(frozen=True, eq=False)
 class _Equilibrium:
-    """One load case at the given stiffness, and which springs keep their rest length there and at others."""
+    """One load case, and which springs have their rest length at the given stiffness and at others."""
 
     case: LoadCase
     loaded: Booleans  #: nodes that a force acts on, shape (n,)
     positions: Floats  #: shape (n, d)
-    unstretched: Booleans  #: shape (s,)
-    always_unstretched: Booleans  #: shape (s,)
-
-
-def why_unseen(objective: Objective, stiffness: Floats, springs: Sequence[int]) -> list[str]:
-    """For each of these springs a sentence: why no training load case sees it at this stiffness, shape (s,)."""
-    if not springs:
-        return []
-    lattice = objective.model.lattice
-    equilibria = list(_equilibria(objective, stiffness))
-    return [_sentence(lattice, stiffness > 0, equilibria, spring) for spring in springs]
+    has_rest_length: Booleans  #: shape (s,)
+    keeps_it: Booleans  #: shape (s,)
 
 
 def _sentence(lattice: SpringLattice, present: Booleans, equilibria: list[_Equilibrium], spring: int) -> str:
@@ -60,23 +102,23 @@ def _cause(lattice: SpringLattice, present: Booleans, equilibrium: _Equilibrium,
     supports = equilibrium.case.supports[ends]
     if supports.all():
         return "both its ends are held"
-    if equilibrium.unstretched[spring] or not present[spring]:
+    if equilibrium.has_rest_length[spring] or not present[spring]:
         for end, held in zip(ends.tolist(), supports.all(axis=1), strict=True):
             others = np.count_nonzero(present & (lattice.springs == end).any(axis=1)) - present[spring]
             if not (others or held or equilibrium.loaded[end]):
                 return f"its node {end} has no other spring and no load"
-    if equilibrium.unstretched[spring]:
-        return _unstretched(lattice, present, equilibrium, spring)
-    direction = _unit(np.diff(equilibrium.positions[ends], axis=0)[0])
-    if (np.abs(np.where(supports, 0.0, direction)) <= SMALL).all():
+    if equilibrium.has_rest_length[spring]:
+        return _at_rest_length(lattice, present, equilibrium, spring)
+    span = np.diff(equilibrium.positions[ends], axis=0)[0]
+    if (np.abs(np.where(supports, 0.0, span)) <= SMALL * np.linalg.norm(span)).all():
         return "its ends are held in its direction"
     return "its ends hang on modes that nothing resists"
 
 
-def _unstretched(lattice: SpringLattice, present: Booleans, equilibrium: _Equilibrium, spring: int) -> str:
-    if not equilibrium.always_unstretched[spring]:
+def _at_rest_length(lattice: SpringLattice, present: Booleans, equilibrium: _Equilibrium, spring: int) -> str:
+    if not equilibrium.keeps_it[spring]:
         return "it has its rest length at this stiffness, as by symmetry, and not at others"
-    part = _part(lattice.springs[present & equilibrium.unstretched], lattice.springs[spring])
+    part = _part(lattice.springs[present & equilibrium.has_rest_length], lattice.springs[spring])
     rest, now = lattice.nodes[part], equilibrium.positions[part]
     size = float(np.linalg.norm(np.ptp(lattice.nodes, axis=0)))
     if np.abs(now - rest).max() <= SMALL * size:
@@ -86,34 +128,14 @@ def _unstretched(lattice: SpringLattice, present: Booleans, equilibrium: _Equili
     return "no load stretches it, whatever the stiffness"
 
 
-def _equilibria(objective: Objective, stiffness: Floats) -> Iterator[_Equilibrium]:
-    """All training load cases that have a weight."""
-    assert objective.weights is not None
-    weighted = zip(objective.cases, objective.weights, strict=True)
-    cases = [case for case, weight in weighted if case.role == "train" and weight > 0]
-    rng = np.random.default_rng(0)
-    others = stiffness * rng.uniform(0.9, 1.1, size=(OTHERS, len(stiffness)))
-    model = objective.model
-    positions = model.solve_many(np.vstack([stiffness, others]), cases, TOLERANCE).positions
-    unstretched = _has_rest_length(model.lattice, positions)
-    weights = constant_forces(model.lattice, model.effects)
-    for number, case in enumerate(cases):
-        yield _Equilibrium(
-            case=case,
-            loaded=np.any(case.forces + weights, axis=1),
-            positions=positions[0, number],
-            unstretched=unstretched[0, number],
-            always_unstretched=np.all(unstretched[:, number], axis=0),
-        )
-
-
-def _has_rest_length(lattice: SpringLattice, positions: Floats) -> Booleans:
-    """Positions (..., n, d) -> which springs have their rest length, shape (..., s)."""
+def _spans(lattice: SpringLattice, positions: Floats) -> tuple[Floats, Floats]:
+    """Positions (..., n, d) -> vectors of the springs, shape (..., s, d), and elongations, rounding off, (..., s)."""
     spans = positions[..., lattice.springs[:, 1], :] - positions[..., lattice.springs[:, 0], :]
     lengths = np.linalg.norm(spans, axis=-1)
-    elongations = np.abs(lengths - lattice.rest_lengths)
-    largest = elongations.max(axis=-1, keepdims=True)
-    return elongations <= np.maximum(SMALL * largest, ROUNDING * np.maximum(lengths, lattice.rest_lengths))
+    elongations = lengths - lattice.rest_lengths
+    largest = np.abs(elongations).max(axis=-1, keepdims=True)
+    zero = np.maximum(SMALL * largest, ROUNDING * np.maximum(lengths, lattice.rest_lengths))
+    return spans, np.where(np.abs(elongations) <= zero, 0.0, elongations)
 
 
 def _part(springs: Integers, start: Integers) -> Integers:
@@ -129,8 +151,3 @@ def _part(springs: Integers, start: Integers) -> Integers:
 
 def _distances(positions: Floats) -> Floats:
     return np.linalg.norm(positions[:, None] - positions[None], axis=-1)
-
-
-def _unit(span: Floats) -> Floats:
-    length = np.linalg.norm(span)
-    return span / length if length else span

@@ -9,8 +9,9 @@ from lines import line
 from springopt.analysis import analytic_start
 from springopt.analysis.floor import compute_floor
 from springopt.analysis.identifiability import Identifiability, Shared, Unseen, identify
-from springopt.analysis.point import choose_point
+from springopt.analysis.point import Point, choose_point
 from springopt.errors import UserError
+from springopt.forward.status import Status
 from springopt.optimizer import Optimizer
 from springopt.problem import Problem
 from springopt.scene import Setup, load_scene
@@ -101,6 +102,28 @@ def test_ends_on_modes_that_nothing_resists_are_named() -> None:
     )
     reasons = {each.spring: each.why for each in at_reference(setup).unseen}
     assert reasons[3] == "its ends hang on modes that nothing resists in every load case"
+
+
+def test_a_spring_is_seen_also_where_another_one_is_seen_far_better() -> None:
+    loose = line([(0, 1), (0, 2)], [{"hold": [0], "push": {1: 0.4, 2: 1e-12}}], stiffness=[2.0, 1e-11])
+    assert at_reference(loose).unseen == []
+
+
+def test_of_sparse_lattices_what_is_unseen_moves_nothing_and_all_else_moves_something() -> None:
+    setup = load_scene("paper-fem-2d-4").build()
+    rng, cases = np.random.default_rng(0), [case for case in setup.cases if case.role == "train"]
+    judged = 0
+    while judged < 5:
+        stiffness = np.where(rng.random(72) < 0.7, rng.uniform(2, 8, 72), 0.0)
+        if set(setup.model.solve(stiffness, cases, 1e-12).status) != {Status.CONVERGED}:
+            continue
+        is_seen = identify(setup, Point(stiffness, "here")).is_seen
+        present = np.flatnonzero(stiffness)
+        changed = stiffness + 1e-3 * stiffness * np.eye(72)[present]
+        positions = setup.model.solve_many(np.vstack([stiffness, changed]), cases, 1e-12).positions
+        moved = np.abs(positions[1:] - positions[0]).max(axis=(1, 2, 3))
+        np.testing.assert_array_equal(moved > 1e-9, is_seen[present])
+        judged += 1
 
 
 def test_different_causes_name_their_load_cases() -> None:
