@@ -128,6 +128,15 @@ def test_a_path_to_zero_needs_zero_in_the_box():
 
 
 @pytest.mark.slow
+def test_every_identifiable_spring_is_found_from_any_start_in_few_evaluations():
+    runs = [so.solve("paper-stiffness-2d", "gauss-newton", seed=seed) for seed in range(30)]
+    assert max(np.abs(run.point - 5.0).max() for run in runs) <= 1e-5
+    evaluations = [run.evaluations for run in runs]
+    assert np.median(evaluations) <= 30
+    assert max(evaluations) <= 90
+
+
+@pytest.mark.slow
 def test_twenty_starts_agree_on_the_floor():
     values = [so.solve("paper-fem-2d", GaussNewton(starts=1), seed=seed).objective for seed in range(20)]
     np.testing.assert_allclose(values, FLOOR, rtol=1e-7)
