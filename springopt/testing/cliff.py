@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from springopt.checks import Floats
 from springopt.errors import NoEquilibrium
 from springopt.forward.status import MECHANISM
+
+if TYPE_CHECKING:
+    from scipy.sparse.linalg import LinearOperator
 
 
 class Cliff:
@@ -41,6 +44,9 @@ class Cliff:
 
     def jacobian(self, stiffness: Floats) -> tuple[Floats, Floats]:
         return self._before_the_edge(stiffness).jacobian(stiffness)
+
+    def linearize(self, stiffness: Floats) -> tuple[Floats, LinearOperator]:
+        return self._before_the_edge(stiffness).linearize(stiffness)
 
     def _before_the_edge(self, stiffness: Floats) -> Any:
         if stiffness[0] > self._edge:

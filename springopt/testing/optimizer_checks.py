@@ -24,10 +24,10 @@ from springopt.testing.cliff import Cliff
 from springopt.testing.tape import Tape
 from springopt.testing.task import Task
 from springopt.testing.trial import NeverEnds, Trial, accepted_tasks, attempt, judged, repeatable, same, tasks_for
-from springopt.testing.verdict import Check, Finding, NotJudged, Subject, find, require, told
+from springopt.testing.verdict import Check, Finding, NotJudged, Subject, as_in_a_run, find, require, told
 
 SEEDS = range(5)
-RACE = Budget(evaluations=1000)  # against random search
+RACE = Budget(evaluations=500)  # against random search
 PREFIXES = (0, 1, 2, 5, 13, 34, 89)  # answers that a resumed run is given, beside all and all but one
 
 
@@ -42,6 +42,7 @@ def examine(optimizer: Subject) -> list[Finding]:
     return [find(check, optimizer) for check in CHECKS]
 
 
+@as_in_a_run
 def check_options_are_documented(optimizer: Subject) -> None:
     """A frozen dataclass with a name and known needs; every option has a type, a legal default and an explanation."""
     cls = optimizer if isinstance(optimizer, type) else type(optimizer)
@@ -58,6 +59,7 @@ def check_options_are_documented(optimizer: Subject) -> None:
             raise AssertionError(f"the default of option {option.name} of {cls.name} is illegal: {error}") from error
 
 
+@as_in_a_run
 def check_runs_to_its_end(optimizer: Subject) -> None:
     """It fails on no problem that it accepts, down to a single number or bit, and asks at least one question."""
     ready = _ready(optimizer)
@@ -80,6 +82,7 @@ def check_runs_to_its_end(optimizer: Subject) -> None:
             )
 
 
+@as_in_a_run
 def check_stays_in_the_box(optimizer: Subject) -> None:
     """It asks for points between `problem.lower` and `problem.upper` alone, also where the best one is at their end."""
     ready = _ready(optimizer)
@@ -89,6 +92,7 @@ def check_stays_in_the_box(optimizer: Subject) -> None:
         judged(trial)
 
 
+@as_in_a_run
 def check_keeps_to_its_budget(optimizer: Subject) -> None:
     """It ends when evaluations or time are spent, whatever it is then doing, and solves nothing past the problem."""
     ready = _ready(optimizer)
@@ -115,6 +119,7 @@ def check_keeps_to_its_budget(optimizer: Subject) -> None:
             ) from timed.error
 
 
+@as_in_a_run
 def check_same_seed_same_journal(optimizer: Subject) -> None:
     """It draws from `rng` alone: the same seed asks the same questions in the same order."""
     ready = _ready(optimizer)
@@ -127,6 +132,7 @@ def check_same_seed_same_journal(optimizer: Subject) -> None:
         )
 
 
+@as_in_a_run
 def check_resumes_exactly(optimizer: Subject) -> None:
     """Cut anywhere and given the answers so far, it asks the same questions again and ends as the uninterrupted run."""
     ready = _ready(optimizer)
@@ -144,6 +150,7 @@ def check_resumes_exactly(optimizer: Subject) -> None:
             )
 
 
+@as_in_a_run
 def check_survives_failed_candidates(optimizer: Subject) -> None:
     """It goes on after values at the cap and after `NoEquilibrium`, where half the candidates fail or all of them."""
     ready = _ready(optimizer)
@@ -164,6 +171,7 @@ def check_survives_failed_candidates(optimizer: Subject) -> None:
             )
 
 
+@as_in_a_run
 def check_is_independent_of_threads(optimizer: Subject) -> None:
     """It asks the same questions whether one thread solves or two, and however many processors there are."""
     ready = _ready(optimizer)
@@ -179,6 +187,7 @@ def check_is_independent_of_threads(optimizer: Subject) -> None:
         )
 
 
+@as_in_a_run
 def check_is_not_worse_than_random_search(optimizer: Subject) -> None:
     """The median of five seeds is at most that of random search after as many evaluations."""
     ready = _ready(optimizer)

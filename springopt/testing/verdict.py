@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import wraps
 from typing import Literal
+
+from threadpoolctl import threadpool_limits
 
 from springopt.optimizer import Optimizer
 
@@ -23,6 +26,17 @@ class Finding:
     check: str  #: what an optimizer does that passes it, in a few words
     verdict: Literal["passed", "failed", "not judged"]
     sentence: str = ""  #: what to mend, or what is in the way; empty where it passed
+
+
+def as_in_a_run(check: Check) -> Check:
+    """The check with one thread for linear algebra, as `springopt.execution` has it."""
+
+    @wraps(check)
+    def limited(optimizer: Subject) -> None:
+        with threadpool_limits(1, user_api="blas"):
+            check(optimizer)
+
+    return limited
 
 
 def find(check: Check, optimizer: Subject) -> Finding:
