@@ -1,7 +1,7 @@
 """Simulated annealing of spring constants, after Deussen, Kobbelt and Tücke (1995).
 
 "Using simulated annealing to obtain good nodal approximations of deformable bodies", Computer Animation and Simulation
-'95. The acceptance is that of Kirkpatrick, Gelatt and Vecchi (1983); what is chosen here stands in this plugin's README.
+'95. The acceptance is that of Metropolis et al. (1953); what is chosen here stands in this plugin's README.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ _RANGES = {"draws": (1, math.inf), "first": (0, math.inf), "last": (1e-300, 1), 
 
 
 def cooled(asked: int, left: float, size: int) -> float:
-    """How far the cooling has come, from 0 to 1; where the budget has no end, in cycles of which each is twice as long."""
+    """How far the cooling has come, from 0 to 1; where the budget has no end, in cycles, each twice as long."""
     if math.isfinite(left):
         return asked / (asked + left)
     turns = 1.0 + asked / (CYCLE * size)
@@ -113,7 +113,7 @@ class Walk:
 
 
 def chance(change: float, temperature: float) -> float:
-    """The probability to accept a change of the value; above 1 where it is an improvement or none."""
+    """The probability to accept a change of the value (Metropolis et al. 1953)."""
     if change <= 0:
-        return math.inf
+        return 1.0
     return math.exp(-change / temperature) if temperature > 0 else 0.0
