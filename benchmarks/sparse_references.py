@@ -49,7 +49,8 @@ EXACT = 1e-8  # noise that stands for none: what the equilibria are exact to
 SINGULAR = 1e-6  # share of a spring's own stiffness that must be left against its removal
 BOUND_SAMPLES = 8
 SWEEPS, WARM_UP = 60, 20
-WEAK = 1e-14  # of the largest entry of the information
+ROUNDING = 1e-12  # share of a spring's information that is lost where others tell much more
+WEAK = 1e-6  # information on a spring of which the loads tell nothing: an error of 1000
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +100,7 @@ def score(reference: Reference, scene: str, noise: float, seed: int) -> Floats:
     _, jacobian = truth.jacobian(reference.stiffness)
     drawn = [pull + jacobian.T @ rng.standard_normal(len(jacobian)) / sigma for _ in range(BOUND_SAMPLES)]
     bound = np.mean([f1(decide(matrix, pull, share, rng), reference.present) for pull in drawn])
-    errors = np.sqrt(np.linalg.inv(matrix + WEAK * matrix.diagonal().max() * np.eye(len(matrix))).diagonal())
+    errors = np.sqrt(np.linalg.inv(matrix + WEAK * np.eye(len(matrix))).diagonal())
     told = reference.present & (errors < STIFFEST - SOFTEST)
     off = (refined - reference.stiffness)[told] / errors[told]
     return np.array(
@@ -155,9 +156,12 @@ def decide(matrix: Floats, pull: Floats, share: float, rng: np.random.Generator)
     each spring's stiffness, given which others are present, and changes with every spring that comes or goes.
     """
     count = len(pull)
-    weak = (WEAK * matrix.diagonal().max()) * np.eye(count)  # keeps what nothing tells at the middle, with large errors
-    pull = pull + weak @ np.full(count, (SOFTEST + STIFFEST) / 2)
-    tableau = np.block([[matrix + weak, pull[:, None]], [pull, np.zeros(1)]])
+    # What nothing tells stays at the middle, with a large error; the units are those in which all springs tell alike.
+    weak = WEAK + ROUNDING * matrix.diagonal()
+    matrix, pull = matrix + np.diag(weak), pull + weak * (SOFTEST + STIFFEST) / 2
+    units = 1.0 / np.sqrt(matrix.diagonal())
+    matrix, pull = matrix * np.outer(units, units), pull * units
+    tableau = np.block([[matrix, pull[:, None]], [pull, np.zeros(1)]])
     present = np.zeros(count, dtype=bool)
     for spring in range(count):
         flip(tableau, present, spring)
@@ -168,7 +172,7 @@ def decide(matrix: Floats, pull: Floats, share: float, rng: np.random.Generator)
                 mean, error = tableau[spring, -1], np.sqrt(tableau[spring, spring])
             else:
                 mean, error = tableau[spring, -1] / tableau[spring, spring], 1.0 / np.sqrt(tableau[spring, spring])
-            chance = probability(mean, error, share)
+            chance = probability(units[spring] * mean, units[spring] * error, share)
             total[spring] += chance * (number >= WARM_UP)
             if (rng.random() < chance) != present[spring]:
                 flip(tableau, present, spring)

@@ -28,8 +28,8 @@ DRAW = 1e-9
 SOFTEST = 1e-2
 #: What is added to that flexibility's stiffness, as a share of its mean, where a lattice is a mechanism at rest.
 SHIFT = 1e-9
-#: What is added to normal equations, as a share of their largest entry, and how small a slope counts as none.
-RIDGE = 1e-12
+#: What is added to normal equations, as a share of their largest entry for each unknown: more than rounding takes off.
+RIDGE = 1e-13
 ROUNDS = 50
 #: Where no larger share of the loads is left over, another measure would not change the answer.
 EXACT = 1e-9
@@ -125,8 +125,9 @@ def _places(gram: Floats, pull: Floats, lower: Floats, upper: Floats) -> Integer
     By block pivoting (Portugal, Judice and Vicente 1994): all that are in the wrong place change it at once. That
     nearly always ends within ten rounds, and is given up after some more.
     """
-    gram[np.diag_indices_from(gram)] += RIDGE * gram.diagonal().max()
-    margin = RIDGE * np.abs(pull).max(initial=0.0)
+    ridge = RIDGE * len(pull)
+    gram[np.diag_indices_from(gram)] += ridge * gram.diagonal().max()
+    margin = ridge * np.abs(pull).max()
     place = np.zeros(len(lower), dtype=np.int64)
     for _ in range(ROUNDS):
         y = np.select([place < 0, place > 0], [lower, upper])
