@@ -10,8 +10,8 @@ import numpy as np
 from springopt.checks import Floats, require_positive
 from springopt.optimizer import Optimizer
 from springopt.problem import Problem
-from springopt_gradient.descent import DAMPING, Linearization, descend, linearize
-from springopt_gradient.measures import measures_of
+from springopt_gradient.descent import DAMPING, descend, linearize
+from springopt_gradient.measures import measures_of, negligible
 from springopt_gradient.starts import require_counts, search_from_starts
 
 #: Relative decrease at which least squares hand over to the scene's own misfit.
@@ -40,18 +40,16 @@ class GaussNewton(Optimizer):
 
     def minimize(self, problem: Problem, rng: np.random.Generator) -> None:
         *rough, last = measures_of(problem)
+        value_of = problem.objective.value_of
 
         def search(start: Floats) -> float:
-            here = first = linearize(problem, start)
+            here = linearize(problem, start)
+            zero = negligible(problem, value_of(here.residuals))
             for measure in rough:
                 here = descend(problem, here, measure, tolerance=ROUGH, damping=self.damping)
-            if not fits(problem, here, first):
+            if value_of(here.residuals) > zero:
                 here = descend(problem, here, last, tolerance=self.tolerance, damping=self.damping)
-            return 0.0 if fits(problem, here, first) else problem.objective.value_of(here.residuals)
+            reached = value_of(here.residuals)
+            return reached if reached > zero else 0.0
 
         search_from_starts(problem, rng, search, starts=self.starts, agree=self.agree)
-
-
-def fits(problem: Problem, here: Linearization, start: Linearization) -> bool:
-    """Whether the residuals are as small as the forward solve can tell, beside those at the start."""
-    return bool(np.linalg.norm(here.residuals) <= problem.objective.tolerance * np.linalg.norm(start.residuals))

@@ -11,7 +11,7 @@ from springopt.checks import Floats
 from springopt.errors import NoEquilibrium, UserError
 from springopt.optimizer import Optimizer
 from springopt.problem import Problem
-from springopt_gradient.measures import measures_of
+from springopt_gradient.measures import negligible
 from springopt_gradient.starts import require_counts, search_from_starts
 
 #: More than any budget: what ends a search is that it stands still, or the problem.
@@ -37,14 +37,12 @@ class LBFGSB(Optimizer):
             raise UserError(f"option memory of l-bfgs-b is at least 1, not {self.memory}; give more steps.")
 
     def minimize(self, problem: Problem, rng: np.random.Generator) -> None:
-        zero = problem.objective.tolerance ** measures_of(problem)[-1].degree
-
         def search(start: Floats) -> float:
             descent = Descent(problem, start)
-            goal = zero * descent.value
-            while descent.value > goal and descent.go_on(self.memory, self.tolerance):
+            zero = negligible(problem, descent.value)
+            while descent.value > zero and descent.go_on(self.memory, self.tolerance):
                 pass
-            return descent.value if descent.value > goal else 0.0
+            return descent.value if descent.value > zero else 0.0
 
         search_from_starts(problem, rng, search, starts=self.starts, agree=self.agree)
 

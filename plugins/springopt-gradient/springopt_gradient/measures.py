@@ -81,6 +81,19 @@ class NormalEquations:
         return minimize_in_box(self.curvature + damping * unit * np.eye(len(self.slope)), self.slope, lower, upper)
 
 
+def negligible(problem: Problem, start: float) -> float:
+    """The value below which nothing is left to find, since the forward solve could not tell it from zero.
+
+    Its tolerance is beside the value of a body that does not move or, where there is no body, that at the start.
+    """
+    objective: Any = problem.objective
+    if "objective" in problem.supplies:
+        training = [case.role == "train" for case in objective.cases]
+        displacements = (objective.reference_positions - objective.model.lattice.nodes)[training]
+        start = objective.value_of((displacements * np.sqrt(objective.weights[training])[:, None, None]).ravel())
+    return start * objective.tolerance ** measures_of(problem)[-1].degree
+
+
 def measures_of(problem: Problem) -> list[Measure]:
     """Least squares, which leads to the right place from afar; then the problem's own misfit, if it is another."""
     objective: Any = problem.objective

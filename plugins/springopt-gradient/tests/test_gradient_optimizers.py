@@ -68,6 +68,14 @@ def test_searches_that_agree_are_enough_and_zero_ends_at_once():
     assert so.solve("paper-stiffness-2d", "gauss-newton").notes["searches"] == [(18, 1.0)]
 
 
+@pytest.mark.parametrize("optimizer", ["gauss-newton", "l-bfgs-b"])
+def test_a_start_at_the_answer_ends_the_run(optimizer, sparse_scene, tmp_path):
+    found = so.solve(sparse_scene, "gauss-newton", out=tmp_path / "found.h5")
+    again = so.solve(sparse_scene, optimizer, start=found.run)
+    assert again.notes["searches"][-1][1] == 1
+    assert again.evaluations <= 10
+
+
 def test_every_spring_of_the_paper_is_found():
     run = so.solve("paper-stiffness-2d", "gauss-newton", seed=1)
     np.testing.assert_allclose(run.stiffness, 5.0, atol=1e-5)
