@@ -78,6 +78,9 @@ def _compile(setup: Setup, optimizer: Optimizer) -> None:
             setup.objective.gradient(stiffness)
         if "jacobian" in optimizer.needs:
             setup.objective.jacobian(stiffness)
+            residuals, operator = setup.objective.linearize(stiffness)
+            operator.matvec(stiffness)
+            operator.rmatvec(residuals)
 
 
 def _begin(

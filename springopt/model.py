@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from numbers import Integral
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -46,7 +47,7 @@ class Model:
                 )
         object.__setattr__(self, "effects", effects)
         require_known(self.kinematics, self.engine)
-        if not isinstance(self.threads, int) or self.threads < 1:
+        if isinstance(self.threads, bool) or not isinstance(self.threads, Integral) or self.threads < 1:
             raise UserError(f"threads must be a whole number from 1 on, not {self.threads!r}.")
         if self.branch not in BRANCHES:
             hint = did_you_mean(self.branch, BRANCHES)

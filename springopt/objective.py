@@ -82,6 +82,8 @@ class Objective:
             )
         weights = np.ones(len(self.cases)) if self.weights is None else floats("weights", self.weights)
         require_shape("weights", require_nonnegative("weights", weights), (len(self.cases),))
+        if not weights[self._training].any():
+            raise UserError("the weights of all training load cases are 0, so that nothing is minimized; raise one.")
         object.__setattr__(self, "weights", weights)
         require_positive("tolerance", self.tolerance)
         cap = self._default_cap() if self.cost_cap is None else self.cost_cap
@@ -105,10 +107,14 @@ class Objective:
         return Evaluation(values, equilibria.codes.max(axis=1), equilibria.codes.size)
 
     def gradient(self, stiffness: ArrayLike) -> tuple[float, Floats]:
-        """Value and gradient (s,) of one candidate (s,), by the adjoint method; raises NoEquilibrium."""
+        """Value and gradient (s,) of one candidate (s,), by the adjoint method; raises NoEquilibrium.
+
+        At an underdetermined state the position along a free mode is the search's, and no function of the stiffness:
+        the derivatives take it as held by one coordinate. A node without springs stays at rest and does no harm.
+        """
         candidate, equilibria = self._equilibrium(stiffness)
         differences = self._differences(equilibria)[0]
-        value = float((self._misfit.value(differences, self.smallest_rest_length) * self._training_weights).sum())
+        value = self._total(differences)
         loads = self._misfit.gradient(differences, self.smallest_rest_length) * self._training_weights[:, None, None]
         derivatives = linearize(self._groups, candidate, equilibria.displacements[0])
         return value, derivatives.against(loads.reshape(len(loads), -1))
@@ -122,11 +128,11 @@ class Objective:
         return (self._differences(equilibria)[0] * self._root_weights).ravel()
 
     def value_of(self, residuals: Floats) -> float:
-        """The objective's value (in its own misfit, uncapped) where it has these residuals (r,)."""
+        """The objective's value, in its own misfit, where it has these residuals (r,)."""
         roots = self._root_weights
         weighted = residuals.reshape(len(roots), *self.model.lattice.nodes.shape)
         differences = np.divide(weighted, roots, out=np.zeros_like(weighted), where=roots > 0)
-        return float((self._misfit.value(differences, self.smallest_rest_length) * self._training_weights).sum())
+        return self._total(differences)
 
     def jacobian(self, stiffness: ArrayLike) -> tuple[Floats, Floats]:
         """The residuals (r,) and their derivatives (r, s) with respect to the stiffness; raises NoEquilibrium."""
@@ -217,6 +223,11 @@ class Objective:
     def _training_displacements(self) -> Floats:
         displacements = self.reference_positions[self._training] - self.model.lattice.nodes
         return displacements.reshape(len(self._training), -1)
+
+    def _total(self, differences: Floats) -> float:
+        """The value of one candidate at differences (c, n, d), as `evaluate` has it."""
+        misfits = self._misfit.value(differences, self.smallest_rest_length)
+        return min(float((misfits * self._training_weights).sum()), self._cap)
 
     def _default_cap(self) -> float:
         nodes = self.model.lattice.nodes

@@ -182,7 +182,12 @@ def _descend(engines: Sequence[Engine], jobs_of: Sequence[Jobs], tolerance: floa
     ]
     most = max((len(jobs.case) for jobs in jobs_of), default=0)
     # A thread that is done with its tasks joins the others in theirs, where there is work for it.
-    run_all(tasks * min(threads, 1 + most // LANE_COUNT), threads)
+    try:
+        run_all(tasks * min(threads, 1 + most // LANE_COUNT), threads)
+    except BaseException:  # an error in a thread, or Ctrl-C: the others find nothing more to do
+        for jobs in jobs_of:
+            jobs.taken[0] = len(jobs.case)
+        raise
     return answers_of
 
 

@@ -46,7 +46,7 @@ class Linearization:
         answers = np.empty((count, size, spring_count))
         few = max(LANE_COUNT, ROWS_AT_ONCE // (count * size))
         for begin in range(0, size, few):
-            units = np.broadcast_to(np.eye(size)[begin : begin + few], (count, min(few, size - begin), size))
+            units = np.repeat(np.eye(size)[None, begin : begin + few], count, axis=0)
             answers[:, begin : begin + few] = self._against(self._solve(units))
         return answers
 

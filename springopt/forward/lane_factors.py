@@ -37,7 +37,7 @@ class LaneFactors:
 
     def solve(self, loads: Floats) -> Floats:
         """See `Factors`."""
-        answers = np.zeros_like(loads)
+        answers = np.zeros(loads.shape)
         for number, state in enumerate(self.eights):
             few = slice(number * LANE_COUNT, (number + 1) * LANE_COUNT)
             _solve(self.plan, state.tangent, state.inverse, state.unknowns, loads[few], answers[few])

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from springopt.effects.compile import announce_compilation
 from springopt.effects.lanes import LANE_COUNT
+from springopt.errors import NoEquilibrium
 from springopt.forward.certificate import SADDLE, certify_direction
 from springopt.forward.conjugate_gradients import solve_lanes
 from springopt.forward.counter import draw
@@ -127,6 +128,20 @@ class Search:
             return self.exact.solve(sides)
         return self._iterate(sides, (sides != 0.0).any(axis=0), ADJOINT_REDUCTION)[0]
 
+    def solve_surely(self, sides: Floats) -> Floats:
+        """As `solve_equal_tangents`; nodes without springs stay at rest, and what stays unsolved raises NoEquilibrium."""
+        if self.solver.is_direct:
+            return self.exact.solve(sides)
+        sides[self.work.loose_unknowns()] = 0.0
+        is_wanted = (sides != 0.0).any(axis=0)
+        solution, is_solved = self._iterate(sides, is_wanted, ADJOINT_REDUCTION)
+        if not is_solved[is_wanted].all():
+            raise NoEquilibrium(
+                "Derivatives of a state with free modes are beyond the iterative engine; give the springs that hold "
+                "them a stiffness, or choose engine = 'sparse'."
+            )
+        return solution
+
     def _iterate(
         self, sides: Floats, is_wanted: NDArray[np.bool_], reduction: float
     ) -> tuple[Floats, NDArray[np.bool_]]:
@@ -197,13 +212,13 @@ class SparseFactors:
     searches: Sequence[Search]
 
     def solve(self, loads: Floats) -> Floats:
-        """See `Factors`; eight right-hand sides at a time."""
-        answers = np.empty_like(loads)
+        """See `Factors`; eight right-hand sides at a time. Raises NoEquilibrium where iterations do not solve them."""
+        answers = np.empty(loads.shape)
         at_nodes = np.empty((loads.shape[2], LANE_COUNT))
         for case, search in enumerate(self.searches):
             for begin in range(0, loads.shape[1], LANE_COUNT):
                 few = slice(begin, begin + LANE_COUNT)
-                solution = search.solve_equal_tangents(search.work.gather(loads[case, few]))
+                solution = search.solve_surely(search.work.gather(loads[case, few]))
                 search.work.spread_out(solution, at_nodes)
                 answers[case, few] = at_nodes.T[: len(answers[case, few])]
         return answers

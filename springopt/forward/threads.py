@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from functools import cache
 
 
@@ -14,7 +14,7 @@ def run_all(tasks: Sequence[Callable[[], None]], threads: int) -> None:
         return
     futures = [_pool(threads).submit(task) for task in tasks]
     try:
-        for future in futures:
+        for future in wait(futures, return_when=FIRST_EXCEPTION).done:
             future.result()
     finally:  # after an error or Ctrl-C nobody waits for the others
         for future in futures:

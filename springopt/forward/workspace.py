@@ -45,6 +45,17 @@ class Workspace:
         self.state.scale[:] = meeting_stiffness(self.plan, stiffness)[:, None]
         evaluate_forces(self.plan, self.state, self.tangents)
 
+    def loose_unknowns(self) -> NDArray[np.bool_]:
+        """Which unknowns (B d,) belong to nodes that no spring holds, where no effect may hold them either."""
+        d, size = self.plan.dimension, len(self.plan.first)
+        if len(self.plan.kernels):
+            return np.zeros(size * d, dtype=np.bool_)
+        at_node = np.bincount(self.plan.ends.ravel(), np.repeat(self.state.stiffness[:, 0], 2), len(self.plan.nodes))
+        is_loose = np.zeros(size, dtype=np.bool_)
+        is_free = self.plan.block_of >= 0
+        is_loose[self.plan.block_of[is_free]] = at_node[is_free] == 0.0
+        return np.repeat(is_loose, d)
+
     def multiply(self, p: Floats) -> Floats:
         """The tangents of the lanes times p (B d, 8), valid until the next product."""
         multiply(self.plan, self.state, self.tangents, self.spread, p, self.product)
