@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from springopt.budget import Budget
-from springopt.checks import Floats, floats, Integers, require_shape
+from springopt.checks import Floats, Integers, floats, require_shape
 from springopt.errors import OutsideBox, UserError
 from springopt.forward.status import has_equilibrium
 from springopt.front import Front
@@ -263,8 +263,9 @@ class Problem:
             )
 
     def _in_box(self, points: ArrayLike, shape: tuple[int | str, ...]) -> Floats:
-        is_bits = isinstance(points, np.ndarray) and points.dtype == bool
-        numbers = floats("an optimizer's points", points.astype(float) if is_bits else points)
+        if isinstance(points, np.ndarray) and points.dtype == bool:
+            points = points.astype(float)
+        numbers = floats("an optimizer's points", points)
         array = np.ascontiguousarray(require_shape("an optimizer's points", numbers, shape))
         inside = (array >= self.lower) & (array <= self.upper)
         if not inside.all():

@@ -84,7 +84,7 @@ def test_forces_are_those_of_the_energy_and_tangents_those_of_the_forces(effect,
     np.testing.assert_allclose(at_nodes[:, 0], expected, atol=1e-8 * np.abs(expected).max())
 
 
-def objective(grid, effect="springs", minimize="least-squares", **options):
+def objective(grid, effect="springs", minimize="least-squares", unloaded=(), **options):
     """Supports on two sides in turn, one of them moved; a reference that the model can't reach."""
     lattice = GRIDS[grid]
     shape, rng = lattice.nodes.shape, np.random.default_rng(3)
@@ -93,7 +93,9 @@ def objective(grid, effect="springs", minimize="least-squares", **options):
         held = so.side(lattice, side)
         prescribed = np.zeros(shape)
         prescribed[held, -1] = 0.02 * number
-        cases.append(so.LoadCase(f"{number}", held, 0.1 * rng.standard_normal(shape), prescribed))
+        forces = 0.1 * rng.standard_normal(shape)
+        forces[list(unloaded)] = 0.0
+        cases.append(so.LoadCase(f"{number}", held, forces, prescribed))
     model = so.Model(lattice, EFFECTS[effect](lattice.dimension), **options)
     reference = lattice.nodes + 0.1 * rng.standard_normal((len(cases), *shape))
     return so.Objective(model, cases, reference, minimize=minimize, weights=[1.0, 0.5, 2.0], tolerance=1e-12)
@@ -151,3 +153,19 @@ def test_an_encoding_without_derivatives_has_none():
     asked = problem("2D", "springs", "distance", "binary", "lanes")
     with pytest.raises(so.UserError, match="derivatives need an encoding that has them"):
         asked.linearize(np.ones(asked.size))
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_node_without_springs_does_no_harm_to_derivatives(model):
+    lattice = GRIDS["2D"]
+    last = lattice.springs.max()
+    goal = objective("2D", "springs", "distance", unloaded=[last], **MODELS[model])
+    corner = (lattice.springs == last).any(axis=1)
+    stiffness = np.where(corner, 0.0, np.random.default_rng(6).uniform(3.0, 7.0, lattice.spring_count))
+    direction = np.where(corner, 0.0, np.random.default_rng(7).standard_normal(lattice.spring_count))
+    _, gradient = goal.gradient(stiffness)
+    expected = differences(lambda k: goal.evaluate(k[None]).values[0], stiffness, direction, 2e-2)
+    assert gradient @ direction == pytest.approx(expected, rel=1e-6)
+    residuals, operator = goal.linearize(stiffness)
+    _, jacobian = goal.jacobian(stiffness)
+    np.testing.assert_allclose(operator.rmatvec(residuals), residuals @ jacobian, atol=1e-9 * np.abs(jacobian).max())

@@ -5,7 +5,7 @@ rest are on the right-hand side, and the tangent carries their geometric part. A
 rest has no small answer: a mechanism, whatever larger displacements would do.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,13 +15,16 @@ from springopt.effects.lanes import LANE_COUNT
 from springopt.forward.lane_factors import RIGID
 from springopt.forward.plan import Plan
 from springopt.forward.solver import Solver
-from springopt.forward.sparse import Search, SparseFactors, candidates_of
+from springopt.forward.sparse import Search, candidates_of
 from springopt.forward.sparse_kernels import evaluate_forces
 from springopt.forward.state import ENERGY, EPSILON, Answers, Jobs
 from springopt.forward.status import CONVERGED, ITERATION_LIMIT, MECHANISM, UNDERDETERMINED, UNSTABLE
 from springopt.forward.workspace import Workspace
 
 Floats = NDArray[np.float64]
+
+# What a zero pivot becomes, in relation to its scale, where its mode is sought.
+SOFT = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,30 +49,35 @@ class LinearEngine:
         """See `Engine`; one factor serves all load cases."""
         system = _System.of(self)
         system.factorize(stiffness)
-        return EqualFactors(SparseFactors([system.search]))
+        return EqualFactors(system)
 
 
 @dataclass(frozen=True, eq=False)
 class EqualFactors:
     """The tangent that all load cases share."""
 
-    factor: SparseFactors
+    system: "_System"
 
     def solve(self, loads: Floats) -> Floats:
         """See `Factors`."""
-        return self.factor.solve(loads.reshape(1, -1, loads.shape[2])).reshape(loads.shape)
+        flat = loads.reshape(-1, loads.shape[2])
+        answers = np.empty(flat.shape)
+        for few in _eights(0, len(flat)):
+            answers[few] = self.system.solve(flat[few], surely=True)
+        return answers.reshape(loads.shape)
 
 
 def _eights(begin: int, end: int) -> list[slice]:
     return [slice(first, min(first + LANE_COUNT, end)) for first in range(begin, end, LANE_COUNT)]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class _System:
-    """The linear system of one candidate."""
+    """The linear system of one candidate; factorized again for the next one."""
 
     search: Search
     whole: Workspace
+    null: Floats | None = None  #: orthonormal modes without stiffness, shape (B d, modes), where there are any
 
     @classmethod
     def of(cls, engine: LinearEngine) -> "_System":
@@ -83,6 +91,34 @@ class _System:
             self.search.factorize_rest(stiffness)
         self.search.work.evaluate(stiffness, rest)
         self.search.factorize(0, RIGID)
+        self.null = self._null_modes() if self.search.solver.is_direct else None
+
+    def _null_modes(self) -> Floats | None:
+        """By inverse iteration with a factor whose zero pivots became small ones."""
+        negative_count, zero_count = self.search.exact.inertia[:2].astype(int)
+        if negative_count or not zero_count:
+            return None
+        soft = replace(self.search, exact=self.search.solver.matrices()[0])
+        soft.factorize(0, SOFT)
+        modes = np.random.default_rng(0).standard_normal((len(self.search.work.state.unknowns), zero_count))
+        modes[self.search.work.plan.pinned] = 0.0
+        for _ in range(3):
+            for few in _eights(0, zero_count):
+                modes[:, few] = soft.exact.solve(np.ascontiguousarray(modes[:, few]))
+            modes = np.linalg.qr(modes)[0]
+        return modes
+
+    def solve(self, loads: Floats, *, surely: bool) -> Floats:
+        """K^+ of up to eight loads (c, n d), of all solutions the shortest: free modes are kept at rest.
+
+        What iterations leave unsolved raises NoEquilibrium, or else the caller judges.
+        """
+        solver = self.search.solve_surely if surely else self.search.solve_equal_tangents
+        solution = solver(self._without_null(self.search.work.gather(loads)))
+        return self._at_nodes(self._without_null(solution))[: len(loads)]
+
+    def _without_null(self, unknowns: Floats) -> Floats:
+        return unknowns if self.null is None else unknowns - self.null @ (self.null.T @ unknowns)
 
     def answer(self, forces: Floats, prescribed: Floats, answers: Answers, tolerance: float) -> None:
         """Displacements, status, residual and energy for up to eight load cases, forces (c, n d)."""
@@ -90,8 +126,7 @@ class _System:
         at_rest = state.internal[:, 0].copy()  # the forces of prestress
         u = prescribed.copy()
         for _ in range(2):  # the second time takes the rounding of the first one out
-            rest = self.search.work.gather(forces - at_rest - self._stiffness_times(u))
-            u += self._at_nodes(self.search.solve_equal_tangents(rest))[: len(u)]
+            u += self.solve(forces - at_rest - self._stiffness_times(u), surely=False)
         pushed = self._stiffness_times(u)
         out_of_balance = forces - at_rest - pushed
         answers.displacements[:] = u

@@ -129,7 +129,7 @@ class Search:
         return self._iterate(sides, (sides != 0.0).any(axis=0), ADJOINT_REDUCTION)[0]
 
     def solve_surely(self, sides: Floats) -> Floats:
-        """As `solve_equal_tangents`; nodes without springs stay at rest, and what stays unsolved raises NoEquilibrium."""
+        """As `solve_equal_tangents`; nodes without springs stay at rest, what stays unsolved raises NoEquilibrium."""
         if self.solver.is_direct:
             return self.exact.solve(sides)
         sides[self.work.loose_unknowns()] = 0.0

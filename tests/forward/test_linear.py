@@ -123,6 +123,26 @@ def test_more_load_cases_than_lanes_and_several_candidates_keep_their_places():
         np.testing.assert_array_equal(batch.displacements[m, c], alone.displacements[0])
 
 
+@pytest.mark.parametrize("lean", [0.3, 1e-2, 1e-6, 0.0])
+def test_a_free_mode_is_kept_at_rest_and_so_it_is_in_the_gradient(lean):
+    """A node that hangs on one spring: it goes along with what holds it, and not around it."""
+    nodes = np.array([[0.0, 0.0], [1.0, 0.0], [0.5, 0.8], [0.5 + lean, 1.8]])
+    lattice = so.SpringLattice(nodes, np.array([[0, 2], [1, 2], [2, 3]]))
+    forces = np.array([[0.0, 0.0], [0.0, 0.0], [0.01, -0.3], [0.0, 0.0]])
+    case = so.LoadCase("press", np.array([True, True, False, False]), forces)
+    model, stiffness = so.Model(lattice, kinematics="linear"), np.array([3.0, 4.0, 2.0])
+    solution = model.solve(stiffness, [case])
+    along = (nodes[3] - nodes[2]) / np.linalg.norm(nodes[3] - nodes[2])
+    moved, held = solution.displacements[0, 3], solution.displacements[0, 2]
+    assert solution.status[0] == "underdetermined"
+    np.testing.assert_allclose(moved, (held @ along) * along, atol=1e-9)
+    objective = so.Objective(model, [case], (nodes + 0.05)[None], minimize="least-squares")
+    _, gradient = objective.gradient(stiffness)
+    steps = 1e-4 * np.eye(3)
+    differences = (objective.evaluate(stiffness + steps).values - objective.evaluate(stiffness - steps).values) / 2e-4
+    np.testing.assert_allclose(gradient, differences, atol=1e-8)
+
+
 def test_twice_the_load_moves_twice_as_far():
     stiffness = np.full(GRID.spring_count, 4.0)
     cases = [load(GRID, force=(0.3, -0.2)), load(GRID, force=(0.6, -0.4))]
