@@ -73,13 +73,10 @@ def _compile(setup: Setup, optimizer: Optimizer) -> None:
     """Has the kernels compiled that the optimizer will need: those seconds are no part of the run."""
     stiffness = setup.encoding.decode(setup.encoding.upper)
     setup.objective.evaluate(stiffness[None])
-    with contextlib.suppress(NoEquilibrium):
-        if "gradient" in optimizer.needs:
-            setup.objective.gradient(stiffness)
-        if "jacobian" in optimizer.needs:
-            setup.objective.jacobian(stiffness)
+    if {"gradient", "jacobian"} & set(optimizer.needs):
+        with contextlib.suppress(NoEquilibrium):
             residuals, operator = setup.objective.linearize(stiffness)
-            operator.matvec(stiffness)
+            operator.matvec(stiffness)  # with its transpose, all the kernels of gradients and Jacobians
             operator.rmatvec(residuals)
 
 

@@ -7,6 +7,7 @@ method); the whole Jacobian takes one for each free coordinate. Modes without st
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,11 +44,14 @@ class Linearization:
         """The derivatives of the displacements by the stiffness, shape (c, n d, s)."""
         count, spring_count = self.pulls.shape[:2]
         size = self.groups[0].plan.nodes.size
-        answers = np.empty((count, size, spring_count))
+        answers = np.zeros((count, size, spring_count))
+        held = reduce(np.intersect1d, [group.plan.supported for group in self.groups])
+        free = np.setdiff1d(np.arange(size), held)
         few = max(LANE_COUNT, ROWS_AT_ONCE // (count * size))
-        for begin in range(0, size, few):
-            units = np.repeat(np.eye(size)[None, begin : begin + few], count, axis=0)
-            answers[:, begin : begin + few] = self._against(self._solve(units))
+        for rows in (free[begin : begin + few] for begin in range(0, len(free), few)):
+            units = np.zeros((count, len(rows), size))
+            units[:, np.arange(len(rows)), rows] = 1.0
+            answers[:, rows] = self._against(self._solve(units))
         return answers
 
     def _solve(self, loads: Floats) -> Floats:

@@ -96,12 +96,16 @@ class _System:
     def _null_modes(self) -> Floats | None:
         """By inverse iteration with a factor whose zero pivots became small ones."""
         negative_count, zero_count = self.search.exact.inertia[:2].astype(int)
-        if negative_count or not zero_count:
+        is_loose = self.search.work.loose_unknowns()  # at rest as they are
+        is_loose[self.search.work.plan.pinned] = False
+        zero_count -= np.count_nonzero(is_loose)
+        if negative_count or zero_count <= 0:
             return None
         soft = replace(self.search, exact=self.search.solver.matrices()[0])
         soft.factorize(0, SOFT)
         modes = np.random.default_rng(0).standard_normal((len(self.search.work.state.unknowns), zero_count))
         modes[self.search.work.plan.pinned] = 0.0
+        modes[is_loose] = 0.0
         for _ in range(3):
             for few in _eights(0, zero_count):
                 modes[:, few] = soft.exact.solve(np.ascontiguousarray(modes[:, few]))

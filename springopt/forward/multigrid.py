@@ -20,7 +20,7 @@ from scipy.sparse import csr_array, csr_matrix, diags_array
 from scipy.sparse.linalg import LinearOperator, lobpcg
 
 from springopt.forward.layout import Layout, lay_out
-from springopt.forward.pattern import Pattern
+from springopt.forward.pattern import Pattern, PatternMatrix
 from springopt.forward.plan import Plan
 
 Floats = NDArray[np.float64]
@@ -36,23 +36,11 @@ _SETTINGS = Lock()
 
 
 @dataclass(eq=False)
-class Multigrid:
+class Multigrid(PatternMatrix):
     """A V-cycle in the place of a factor; changes itself when it is made."""
 
-    pattern: Pattern
     modes: Floats  #: rigid motions, shape (unknowns, 3 or 6)
-    entries: Floats = field(init=False)
-    scale: Floats = field(init=False)
-    inertia: Floats = field(init=False)
     _cycle: Any = field(init=False, default=None)
-
-    def __post_init__(self) -> None:
-        self.entries = np.zeros(len(self.pattern.keys))
-        self.scale = np.ones(len(self.pattern.order))
-        self.inertia = np.array([0.0, 0.0, -1.0, 0.0])
-
-    def clear(self) -> None:
-        self.entries[:] = 0.0
 
     def factorize(self, replacement: float) -> None:
         """Set up the V-cycle of the matrix; nothing is replaced."""
@@ -75,23 +63,11 @@ class Multigrid:
 
 
 @dataclass(eq=False)
-class Eigenpairs:
+class Eigenpairs(PatternMatrix):
     """The smallest eigenvalues of a matrix in the place of its inertia."""
 
-    pattern: Pattern
     preconditioner: Multigrid
-    entries: Floats = field(init=False)
-    scale: Floats = field(init=False)
-    inertia: Floats = field(init=False)
     _lowest: Floats = field(init=False)
-
-    def __post_init__(self) -> None:
-        self.entries = np.zeros(len(self.pattern.keys))
-        self.scale = np.ones(len(self.pattern.order))
-        self.inertia = np.array([0.0, 0.0, -1.0, 0.0])
-
-    def clear(self) -> None:
-        self.entries[:] = 0.0
 
     def factorize(self, replacement: float) -> None:
         """Seek the smallest eigenvalues; the inertia counts the negative and the zero ones among them."""

@@ -1,6 +1,6 @@
 """Which entries the tangent of a large system has, in which order: the symbolic analysis of compressed columns."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -68,3 +68,22 @@ class Pattern:
 def _keys(places: Integers, rows: Integers, columns: Integers) -> Integers:
     here, there = places[rows], places[columns]
     return np.minimum(here, there) * len(places) + np.maximum(here, there)
+
+
+@dataclass(eq=False)
+class PatternMatrix:
+    """What all matrices of one pattern hold, as `Matrix` has it."""
+
+    pattern: Pattern
+    entries: NDArray[np.float64] = field(init=False)
+    scale: NDArray[np.float64] = field(init=False)
+    inertia: NDArray[np.float64] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.entries = np.zeros(len(self.pattern.keys))
+        self.scale = np.ones(len(self.pattern.order))
+        self.inertia = np.array([0.0, 0.0, -1.0, 0.0])
+
+    def clear(self) -> None:
+        """All entries zero."""
+        self.entries[:] = 0.0

@@ -15,7 +15,7 @@ from scipy.sparse.linalg import SuperLU, splu, spsolve_triangular
 
 from springopt.forward.factor import ZERO_PIVOT
 from springopt.forward.layout import Layout, lay_out
-from springopt.forward.pattern import Pattern
+from springopt.forward.pattern import Pattern, PatternMatrix
 from springopt.forward.plan import Plan
 
 Floats = NDArray[np.float64]
@@ -26,23 +26,14 @@ REGULAR = 1e-15  # the share of the scale that makes a matrix regular, without h
 
 
 @dataclass(eq=False)
-class Sparse:
+class Sparse(PatternMatrix):
     """A `Matrix` in compressed columns; changes itself when it is factorized."""
 
-    pattern: Pattern
-    entries: Floats = field(init=False)
-    scale: Floats = field(init=False)
-    inertia: Floats = field(init=False)
     _factor: Any = field(init=False, default=None)
     _lower: Any = field(init=False, default=None)
 
-    def __post_init__(self) -> None:
-        self.entries = np.zeros(len(self.pattern.keys))
-        self.scale = np.ones(len(self.pattern.order))
-        self.inertia = np.array([0.0, 0.0, -1.0, 0.0])
-
     def clear(self) -> None:
-        self.entries[:] = 0.0
+        super().clear()
         self._factor = self._lower = None
 
     def factorize(self, replacement: float) -> None:
