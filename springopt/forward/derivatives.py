@@ -7,7 +7,6 @@ method); the whole Jacobian takes one for each free coordinate. Modes without st
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,8 +44,8 @@ class Linearization:
         count, spring_count = self.pulls.shape[:2]
         size = self.groups[0].plan.nodes.size
         answers = np.zeros((count, size, spring_count))
-        held = reduce(np.intersect1d, [group.plan.supported for group in self.groups])
-        free = np.setdiff1d(np.arange(size), held)
+        times_held = np.bincount(np.concatenate([group.plan.supported for group in self.groups]), minlength=size)
+        free = np.flatnonzero(times_held < len(self.groups))
         few = max(LANE_COUNT, ROWS_AT_ONCE // (count * size))
         for rows in (free[begin : begin + few] for begin in range(0, len(free), few)):
             units = np.zeros((count, len(rows), size))
