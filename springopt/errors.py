@@ -28,6 +28,18 @@ class OutsideBox(UserError):
     """An optimizer asked for a point outside its problem's box."""
 
 
+class NotServed(UserError):
+    """An optimizer can't serve this scene.
+
+    Attributes:
+        word: the reason in a word, for a table's cell: what the scene does not supply, or "memory".
+    """
+
+    def __init__(self, sentence: str, *, word: str) -> None:
+        super().__init__(sentence)
+        self.word = word
+
+
 class NoEquilibrium(SpringoptError):
     """A gradient or residual was asked for where the forward solve has no equilibrium."""
 

@@ -19,7 +19,7 @@ from springopt.checks import Floats
 from springopt.errors import BudgetSpent, NoEquilibrium, PluginError, RecordBroken, SpringoptError
 from springopt.interrupt import Interrupted, held_interrupts
 from springopt.journal import Journal, run_path
-from springopt.meter import Meter
+from springopt.meter import Meter, Times
 from springopt.optimizer import Optimizer, require_supplies
 from springopt.problem import Problem
 from springopt.run import Order, Run, WhyStopped
@@ -55,7 +55,7 @@ def execute(
             if ready:
                 require_supplies(ready, problem.supplies)
                 _compile(setup, ready)
-        problem.meter.clock.set(0.0, 0.0)
+        problem.meter.clock.set(Times(0.0, 0.0, 0.0))
         why = _begin(start, optimizer, problem, order.seed, journal) if start else None
         if why is None:
             why = _minimize(optimizer, problem, np.random.default_rng(order.seed), journal)
@@ -64,7 +64,10 @@ def execute(
         path = run_path(journal.path) if journal else None
         run = _result(order, setup, problem, why, path, start)
         if journal and path:
-            write(path, _run_file(order, setup, run), journal.answers())
+            answers = journal.answers()
+            # Payloads serve resuming alone; without them thousands of complete runs stay small.
+            kept = (answer.without_payload() for answer in answers) if run.complete else answers
+            write(path, _run_file(order, setup, run), kept)
             journal.delete()
         return run
 
@@ -154,7 +157,7 @@ def _watcher(progress: Progress | None, pressed: Callable[[], bool]) -> Callable
 
 
 def _tell(progress: Progress, meter: Meter) -> None:
-    progress(meter.evaluations, meter.budget.evaluations, meter.best_value, meter.clock.read()[0])
+    progress(meter.evaluations, meter.budget.evaluations, meter.best_value, meter.clock.read().seconds)
 
 
 def _result(
@@ -166,14 +169,13 @@ def _result(
             f"optimizer {order.optimizer} ended without the value of a single candidate; "
             "give it more budget, or choose another."
         )
-    seconds, processor_seconds = meter.clock.read()
+    times = meter.clock.read()
     stiffness = setup.encoding.decode(point)
     return Run(
         objective=meter.best_value,
         evaluations=meter.evaluations,
         solves=meter.solves,
-        seconds=seconds,
-        processor_seconds=processor_seconds,
+        **times._asdict(),
         stiffness=stiffness,
         point=point,
         classes=setup.encoding.describe(point),

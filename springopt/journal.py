@@ -13,7 +13,7 @@ from springopt.errors import RecordBroken, RunFileError
 from springopt.recorder import Answer
 from springopt.run import Order
 
-FORMAT = 1
+FORMAT = 2
 COMMIT_SECONDS = 0.05
 
 _APPLICATION_ID = 0x5350524F  # "SPRO", where SQLite files say whose they are
@@ -181,9 +181,10 @@ def _require_journal(path: Path) -> None:
         raise RunFileError(f"{path} can't be read ({error.strerror}); give the journal of a run.") from None
     if not head.startswith(b"SQLite format 3\0") or int.from_bytes(head[68:72]) != _APPLICATION_ID:
         raise RunFileError(f"{path} is no journal of springopt; give RUN.h5 or RUN.h5.journal.")
-    if (made := int.from_bytes(head[60:64])) > FORMAT:
+    if (made := int.from_bytes(head[60:64])) != FORMAT:
+        which = "a newer" if made > FORMAT else "the older"
         raise RunFileError(
-            f"{path} has journal format {made}, and this springopt knows up to {FORMAT}; use a newer springopt."
+            f"{path} has journal format {made}, and this springopt reads {FORMAT}; use {which} springopt."
         )
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from springopt.budget import Budget
 from springopt.checks import Floats
 from springopt.errors import NoEquilibrium, RecordBroken, RunFileError, SpringoptError
-from springopt.meter import Meter
+from springopt.meter import Meter, Times
 from springopt.recorder import LARGEST_PAYLOAD, NO_EQUILIBRIUM, NO_QUESTION, Answer, NullRecorder, Recorder, digest
 
 SolveValues = Callable[[Floats], tuple[Floats, NDArray[np.int8]]]  # points -> values and statuses, (m,) each
@@ -88,7 +88,7 @@ class Ledger:
             self._before_solve()
             answer, numbers = self._solve_numbers(kind, question, point, solve)
             self._recorder.record([answer])
-        self.meter.count(point[None], [answer.value], cost=cost)
+        self.meter.count(point[None], [answer], cost=cost)
         if answer.value is None:
             raise NoEquilibrium((answer.payload or b"").decode())
         return answer.value, numbers
@@ -105,11 +105,12 @@ class Ledger:
             self._before_solve()
             answers = self._solve_values(points, questions, solve)
             self._recorder.record(answers)
-        self.meter.count(points[: len(answers)], [answer.value for answer in answers])
+        self.meter.count(points[: len(answers)], answers)
         return answers
 
     def _solve_values(self, points: Floats, questions: list[bytes], solve: SolveValues) -> list[Answer]:
-        values, statuses = solve(points)
+        with self.meter.clock.solving():
+            values, statuses = solve(points)
         answered = self._until_target(_finite("value", values).tolist())
         clock = self.meter.clock.read()
         return [
@@ -126,7 +127,8 @@ class Ledger:
 
     def _solve_numbers(self, kind: str, question: bytes, point: Floats, solve: SolveNumbers) -> tuple[Answer, Floats]:
         try:
-            value, solved = solve(point)
+            with self.meter.clock.solving():
+                value, solved = solve(point)
         except NoEquilibrium as error:
             return self._answer(kind, question, None, NO_EQUILIBRIUM, payload=str(error).encode()), np.empty(0)
         numbers = np.array(_finite(kind, solved), order="C")
@@ -152,7 +154,8 @@ class Ledger:
         self.meter.require_time()
 
     def _rewind(self, answers: Sequence[Answer]) -> None:
-        self.meter.clock.set(answers[-1].seconds, answers[-1].processor_seconds)
+        last = answers[-1]
+        self.meter.clock.set(Times(last.seconds, last.processor_seconds, last.solving_seconds))
 
 
 def _recall(answer: Answer, point: Floats, solve: SolveNumbers) -> Floats:

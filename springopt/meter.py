@@ -4,25 +4,47 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import NamedTuple
 
 from springopt.budget import Budget
 from springopt.checks import Floats
 from springopt.errors import BudgetSpent
+from springopt.recorder import Answer
+from springopt.run import Improvement
+
+
+class Times(NamedTuple):
+    """What a run has taken so far."""
+
+    seconds: float  #: on the wall
+    processor_seconds: float
+    solving_seconds: float  #: of the processor's, within forward solves and derivatives
 
 
 class Clock:
-    """Wall and processor seconds of a run; it can be set, so that time adds up over resumes and replay is free."""
+    """The times of a run; it can be set, so that they add up over resumes and replay is free."""
 
     def __init__(self) -> None:
-        self.set(0.0, 0.0)
+        self.set(Times(0.0, 0.0, 0.0))
 
-    def set(self, seconds: float, processor_seconds: float) -> None:
-        self._wall_start = time.perf_counter() - seconds
-        self._processor_start = time.process_time() - processor_seconds
+    def set(self, times: Times) -> None:
+        self._wall_start = time.perf_counter() - times.seconds
+        self._processor_start = time.process_time() - times.processor_seconds
+        self._solving = times.solving_seconds
 
-    def read(self) -> tuple[float, float]:
-        return time.perf_counter() - self._wall_start, time.process_time() - self._processor_start
+    def read(self) -> Times:
+        return Times(time.perf_counter() - self._wall_start, time.process_time() - self._processor_start, self._solving)
+
+    @contextmanager
+    def solving(self) -> Iterator[None]:
+        """What is done within counts as solving."""
+        begun = time.process_time()
+        try:
+            yield
+        finally:
+            self._solving += time.process_time() - begun
 
 
 class Meter:
@@ -31,7 +53,7 @@ class Meter:
     Attributes:
         evaluations, solves: spent so far.
         best_value, best_point: the lowest value so far and its point, shape (size,); inf and None at first.
-        history: each improvement as (evaluations spent, value).
+        history: each improvement of the best value.
     """
 
     def __init__(self, budget: Budget, *, solves_each: int) -> None:
@@ -41,7 +63,7 @@ class Meter:
         self.solves = 0
         self.best_value = math.inf
         self.best_point: Floats | None = None
-        self.history: list[tuple[int, float]] = []
+        self.history: list[Improvement] = []
         self._solves_each = solves_each
 
     @property
@@ -51,7 +73,7 @@ class Meter:
     @property
     def seconds_left(self) -> float:
         """Seconds left on the wall; inf without such a limit."""
-        return math.inf if self.budget.seconds is None else self.budget.seconds - self.clock.read()[0]
+        return math.inf if self.budget.seconds is None else self.budget.seconds - self.clock.read().seconds
 
     def counted_room(self, cost: int = 1) -> float:
         """Questions at this cost that the counted limits leave, whatever the clock says; inf without such a limit."""
@@ -76,15 +98,16 @@ class Meter:
             return 0
         if math.isinf(seconds_left) or not self.evaluations:
             return self.counted_room()
-        pace = self.evaluations / self.clock.read()[0]
+        pace = self.evaluations / self.clock.read().seconds
         return min(self.counted_room(), math.ceil(pace * seconds_left))
 
-    def count(self, points: Floats, values: Sequence[float | None], *, cost: int = 1) -> None:
+    def count(self, points: Floats, answers: Sequence[Answer], *, cost: int = 1) -> None:
         """Charges one answer for each of the points, shape (m, size); a value of None had no equilibrium."""
-        for point, value in zip(points, values, strict=True):
+        for point, answer in zip(points, answers, strict=True):
             self.evaluations += cost
             self.solves += self._solves_each
-            if value is not None and value < self.best_value:
-                self.best_value = value
+            if answer.value is not None and answer.value < self.best_value:
+                self.best_value = answer.value
                 self.best_point = point.copy()
-                self.history.append((self.evaluations, value))
+                times = (answer.seconds, answer.processor_seconds)
+                self.history.append(Improvement(self.evaluations, self.solves, *times, answer.value))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from springopt.errors import PluginError, UserError, did_you_mean
+from springopt.errors import NotServed, PluginError, did_you_mean
 
 if TYPE_CHECKING:
     from springopt.problem import Problem
@@ -57,7 +57,8 @@ def require_supplies(optimizer: Optimizer, supplies: Collection[str]) -> None:
                 f"{did_you_mean(need, NEEDS)}"
             )
         if need not in supplies:
-            raise UserError(
+            raise NotServed(
                 f"{optimizer.name} needs {NEEDS[need]}, which this scene does not supply; "
-                "choose another optimizer or change the scene."
+                "choose another optimizer or change the scene.",
+                word=need,
             )

@@ -223,12 +223,15 @@ class Problem:
     def _by_point(self, point: Floats, rows: int, by_stiffness: Callable[[], LinearOperator]) -> LinearOperator:
         from scipy.sparse.linalg import LinearOperator
 
-        return LinearOperator(
-            (rows, self.size),
-            matvec=lambda change: by_stiffness().matvec(self.encoding.push_forward(point, np.ravel(change))),
-            rmatvec=lambda loads: self.encoding.pull_back(point, by_stiffness().rmatvec(np.ravel(loads))),
-            dtype=float,
-        )
+        def along(change: Floats) -> Floats:
+            with self.meter.clock.solving():
+                return by_stiffness().matvec(self.encoding.push_forward(point, np.ravel(change)))
+
+        def against(loads: Floats) -> Floats:
+            with self.meter.clock.solving():
+                return self.encoding.pull_back(point, by_stiffness().rmatvec(np.ravel(loads)))
+
+        return LinearOperator((rows, self.size), matvec=along, rmatvec=against, dtype=float)
 
     def _solve_values(self, points: Floats) -> tuple[Floats, NDArray[np.int8]]:
         evaluation = self.objective.evaluate(self.encoding.decode(points))

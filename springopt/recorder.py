@@ -19,8 +19,13 @@ class Answer(NamedTuple):
     value: float | None  #: the objective, or the reading; None without an equilibrium
     seconds: float  #: on the run's wall clock when it was given
     processor_seconds: float  #: the same in processor time
+    solving_seconds: float  #: of these, within forward solves and derivatives
     payload: bytes | None = None  #: gradient, residuals or Jacobian as float64; the message without an equilibrium
     checksum: bytes | None = None  #: digest of a payload too large to keep, which replay computes again
+
+    def without_payload(self) -> Answer:
+        """What is left for reading when the run will not be gone on with."""
+        return self._replace(payload=None, checksum=None)
 
 
 NO_EQUILIBRIUM = -1

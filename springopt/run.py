@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import asdict, dataclass, field, fields, is_dataclass
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -13,6 +13,16 @@ from springopt.checks import Floats
 from springopt.front import Front
 
 WhyStopped = Literal["budget", "target", "optimizer finished", "interrupted"]
+
+
+class Improvement(NamedTuple):
+    """A value lower than all before, and what the run had spent when it came."""
+
+    evaluations: int
+    solves: int
+    seconds: float  #: on the wall
+    processor_seconds: float
+    value: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,6 +54,7 @@ class Run:
     solves: int
     seconds: float  #: on the wall, added up over resumes
     processor_seconds: float
+    solving_seconds: float  #: of these, within forward solves and derivatives; the others are the optimizer's
     stiffness: Floats  #: of the best candidate [force/length], shape (s,); 0 where there is no spring
     point: Floats  #: the same as the optimizer sees it, shape (size,)
     classes: dict[str, Any]  #: its classes of springs, as the encoding describes them
@@ -55,10 +66,11 @@ class Run:
     run: str | None  #: path of the run file
     complete: bool  #: False if it was interrupted and can be resumed
     why_stopped: WhyStopped
-    history: list[tuple[int, float]]  #: each improvement: evaluations spent, value
+    history: list[Improvement]
     #: The objective with the present springs alone, where the threshold of the encoding would drop some.
     objective_of_present: float | None = None
-    notes: dict[str, list[tuple[int, float]]] = field(default_factory=dict)  #: what the optimizer noted, likewise
+    #: What the optimizer noted, as (evaluations spent, number).
+    notes: dict[str, list[tuple[int, float]]] = field(default_factory=dict)
     start: str | None = None  #: the optimizer that ran first, or the run whose best point was the first guess
     scene_digest: str | None = None  #: of what decides the scene's values, see `Scene.digest`
     front: Front = field(default_factory=Front)  #: empty where the optimizer asked for values alone
@@ -67,6 +79,14 @@ class Run:
     def method(self) -> str:
         """The optimizer and where it began, for people."""
         return f"{self.optimizer} from {self.start}" if self.start else self.optimizer
+
+    def timeless(self) -> dict[str, Any]:
+        """Its facts without times and path: on the same build and processor type equal orders give equal ones."""
+        facts = asdict(self)
+        for name in ("seconds", "processor_seconds", "solving_seconds", "run"):
+            del facts[name]
+        facts["history"] = [(each.evaluations, each.solves, each.value) for each in self.history]
+        return facts
 
     def to_json(self) -> str:
         """The run as one JSON object; numbers that are not finite are null."""
@@ -80,6 +100,8 @@ def _plain(value: Any) -> Any:
         return _plain(value.tolist())
     if isinstance(value, dict):
         return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, Improvement):
+        return _plain(value._asdict())
     if isinstance(value, list | tuple):
         return [_plain(item) for item in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -21,13 +21,12 @@ from springopt.front import Front
 from springopt.lattice import SpringLattice
 from springopt.load_case import LoadCase
 from springopt.recorder import Answer
-from springopt.run import Order, Run
+from springopt.run import Improvement, Order, Run
 
-FORMAT = 1
+FORMAT = 2
 
 _MARK = "springopt run"
 _ARRAYS = ("stiffness", "point")
-_CURVES = ("history", "notes")
 _BLOBS = ("question", "payload", "checksum")
 
 
@@ -111,7 +110,9 @@ def _write_run(file: h5py.File, run: Run) -> None:
     facts = asdict(run)
     for name in _ARRAYS:
         file[name] = facts.pop(name)
-    file["history"] = np.array(facts.pop("history")).reshape(-1, 2)
+    history = np.array(facts.pop("history"), dtype=float).reshape(-1, len(Improvement._fields))
+    for name, column in zip(Improvement._fields, history.T, strict=True):
+        file[f"history/{name}"] = column
     for name, curve in facts.pop("notes").items():
         file.create_dataset(f"notes/{name}", data=np.array(curve), compression="gzip")
     for name, column in facts.pop("front").items():
@@ -124,7 +125,12 @@ def _read_run(file: h5py.File, path: Path) -> Run:
     facts |= {name: file[name][()] for name in _ARRAYS}
     notes = {name: _curve(dataset) for name, dataset in file.get("notes", {}).items()}
     front = Front(**{name: column[()] for name, column in file.get("front", {}).items()})
-    return Run(**facts | {"run": str(path)}, history=_curve(file["history"]), notes=notes, front=front)
+    return Run(**facts | {"run": str(path)}, history=_read_history(file["history"]), notes=notes, front=front)
+
+
+def _read_history(group: h5py.Group) -> list[Improvement]:
+    rows = zip(*(group[name][()].tolist() for name in Improvement._fields), strict=True)
+    return [Improvement(int(evaluations), int(solves), *rest) for evaluations, solves, *rest in rows]
 
 
 def _curve(dataset: h5py.Dataset) -> list[tuple[int, float]]:
@@ -207,9 +213,10 @@ def _open(path: Path) -> Iterator[h5py.File]:
 def _require_format(path: Path, file: h5py.File) -> None:
     if file.attrs.get("format") != _MARK:
         raise RunFileError(f"{path} is an HDF5 file, but no run file of springopt; give the path of RUN.h5.")
-    if (made := int(file.attrs["version"])) > FORMAT:
+    if (made := int(file.attrs["version"])) != FORMAT:
+        which = "a newer" if made > FORMAT else "the older"
         raise RunFileError(
-            f"{path} has run file format {made}, and this springopt knows up to {FORMAT}; use a newer springopt."
+            f"{path} has run file format {made}, and this springopt reads {FORMAT}; use {which} springopt."
         )
 
 

@@ -13,11 +13,11 @@ from springopt.testing import Bowl, Box
 
 ORDER = Order(scene="{}", optimizer="sampler", options={"batch": 3}, seed=5, budget={"evaluations": 9}, origin={})
 ANSWERS = [
-    Answer("value", bytes(range(16)), 1e-8, 0, 0.1 + 0.2, 1.5, 1.25),
-    Answer("gradient", bytes(16), 1e-8, 0, -0.0, 2.5, 2.25, np.array([1e-300, -0.0]).tobytes()),
-    Answer("jacobian", bytes(16), 1e-8, 0, 3.0, 2.5, 2.25, None, b"x" * 16),
-    Answer("gradient", bytes(16), 1e-8, -1, None, 3.5, 3.25, "§ no equilibrium".encode()),
-    Answer("budget_left", NO_QUESTION, 1e-8, 0, np.inf, 4.0, 4.0),
+    Answer("value", bytes(range(16)), 1e-8, 0, 0.1 + 0.2, 1.5, 1.25, 0.5),
+    Answer("gradient", bytes(16), 1e-8, 0, -0.0, 2.5, 2.25, 1.5, np.array([1e-300, -0.0]).tobytes()),
+    Answer("jacobian", bytes(16), 1e-8, 0, 3.0, 2.5, 2.25, 1.5, None, b"x" * 16),
+    Answer("gradient", bytes(16), 1e-8, -1, None, 3.5, 3.25, 2.5, "§ no equilibrium".encode()),
+    Answer("budget_left", NO_QUESTION, 1e-8, 0, np.inf, 4.0, 4.0, 3.0),
 ]
 
 
@@ -126,12 +126,15 @@ def test_a_missing_file_is_refused(path):
         Journal.open(path)
 
 
-def test_a_newer_format_is_refused(path):
+@pytest.mark.parametrize(("other", "which"), [(FORMAT + 1, "a newer"), (FORMAT - 1, "the older")])
+def test_another_format_is_refused(path, other, which):
     Journal.create(path, ORDER, ANSWERS).close()
     connection = sqlite3.connect(path)
-    connection.execute(f"PRAGMA user_version = {FORMAT + 1}")
+    connection.execute(f"PRAGMA user_version = {other}")
     connection.close()
-    with pytest.raises(RunFileError, match=f"has journal format {FORMAT + 1}, and this springopt knows up to {FORMAT}"):
+    with pytest.raises(
+        RunFileError, match=f"has journal format {other}, and this springopt reads {FORMAT}; use {which}"
+    ):
         Journal.open(path)
 
 

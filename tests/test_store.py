@@ -10,15 +10,15 @@ from springopt.front import Front
 from springopt.lattice import SpringLattice
 from springopt.load_case import LoadCase
 from springopt.recorder import NO_QUESTION, Answer
-from springopt.run import Order, Run
+from springopt.run import Improvement, Order, Run
 from springopt.store import FORMAT, RunFile, read, read_answers, write
 
 ANSWERS = [
-    Answer("value", bytes(range(16)), 1e-8, 0, 0.1 + 0.2, 1.5, 1.25),
-    Answer("gradient", bytes(16), 1e-8, 0, -0.0, 2.5, 2.25, np.array([1e-300, -0.0]).tobytes()),
-    Answer("jacobian", bytes(16), 1e-8, 0, 3.0, 2.5, 2.25, None, b"x" * 16),
-    Answer("gradient", bytes(16), 1e-8, -1, None, 3.5, 3.25, "§ no equilibrium".encode()),
-    Answer("budget_left", NO_QUESTION, 1e-8, 0, np.inf, 4.0, 4.0),
+    Answer("value", bytes(range(16)), 1e-8, 0, 0.1 + 0.2, 1.5, 1.25, 0.5),
+    Answer("gradient", bytes(16), 1e-8, 0, -0.0, 2.5, 2.25, 1.5, np.array([1e-300, -0.0]).tobytes()),
+    Answer("jacobian", bytes(16), 1e-8, 0, 3.0, 2.5, 2.25, 1.5, None, b"x" * 16),
+    Answer("gradient", bytes(16), 1e-8, -1, None, 3.5, 3.25, 2.5, "§ no equilibrium".encode()),
+    Answer("budget_left", NO_QUESTION, 1e-8, 0, np.inf, 4.0, 4.0, 3.0),
 ]
 LATTICE = SpringLattice.grid((2, 2))
 CASES = [
@@ -33,6 +33,7 @@ RUN = Run(
     solves=18,
     seconds=1.5,
     processor_seconds=1.25,
+    solving_seconds=0.75,
     stiffness=np.array([1.0, 0.0, 2.0, 3.0, 1e-300, 6.0]),
     point=np.array([1.0, -0.0]),
     classes={"all": {"mean": 2.0}},
@@ -44,7 +45,7 @@ RUN = Run(
     run=None,
     complete=False,
     why_stopped="interrupted",
-    history=[(1, 5.0), (7, 0.1 + 0.2)],
+    history=[Improvement(1, 2, 0.1, 0.1, 5.0), Improvement(7, 14, 0.1 + 0.2, 0.25, 0.1 + 0.2)],
     notes={"rate": [(0, 1.0), (4, 0.1)]},
     front=Front(np.array([5.0, 0.1 + 0.2]), np.array([2, 5]), np.array([[3.0, 1e-300], [1.0, -0.0]])),
 )
@@ -129,7 +130,7 @@ def test_a_run_is_one_json_object_with_every_number_exact():
     assert set(told) == {field.name for field in dataclasses.fields(RUN)}
     assert told["objective"] == RUN.objective
     assert told["stiffness"] == RUN.stiffness.tolist()
-    assert told["history"] == [[1, 5.0], [7, RUN.objective]]
+    assert [(each["evaluations"], each["value"]) for each in told["history"]] == [(1, 5.0), (7, RUN.objective)]
     assert told["front"] == {"values": [5.0, RUN.objective], "springs": [2, 5], "points": [[3.0, 1e-300], [1.0, -0.0]]}
 
 
@@ -172,7 +173,7 @@ def damage(path, kind):
         ("truncated", "is damaged .*; start a new run"),
         ("half", "is damaged .*; start a new run"),
         ("foreign", "is an HDF5 file, but no run file of springopt"),
-        ("newer", f"has run file format {FORMAT + 1}, and this springopt knows up to {FORMAT}"),
+        ("newer", f"has run file format {FORMAT + 1}, and this springopt reads {FORMAT}; use a newer"),
         ("positions", "is damaged .*; start a new run"),
         ("lattice/nodes", "is damaged .*; start a new run"),
         ("run", "is damaged .*; start a new run"),

@@ -23,7 +23,8 @@ def print_run(run: Run, floor: str | None = None) -> None:
         click.echo(f"objective {run.objective_of_present:.6g} if only the springs above the threshold are kept")
     click.echo(
         f"{run.evaluations:,} evaluations, {run.solves:,} solves, {run.seconds:.1f} s "
-        f"({run.processor_seconds:.1f} s of processor time); stopped by: {run.why_stopped}"
+        f"({run.processor_seconds:.1f} s of processor time, {run.solving_seconds:.1f} s of it solving); "
+        f"stopped by: {run.why_stopped}"
     )
     print_table(errors_table(run.errors))
     print_table(classes_table(run.classes))

@@ -8,11 +8,13 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from springopt.report import style
+from springopt.run import Improvement
 
 
-def draw_convergence(axes: Axes, history: Sequence[tuple[int, float]], evaluations: int) -> None:
+def draw_convergence(axes: Axes, history: Sequence[Improvement], evaluations: int) -> None:
     """Best value on a log scale, from the first answer to the last evaluation; a value of zero ends at the bottom."""
-    counts, values = (np.array(column, dtype=float) for column in zip(*history, strict=True))
+    counts = np.array([improvement.evaluations for improvement in history])
+    values = np.array([improvement.value for improvement in history])
     bottom = style.bottom(values)
     counts, values = np.append(counts, evaluations), np.append(values, values[-1])
     axes.step(counts, np.maximum(values, bottom), where="post", color=style.INK, linewidth=1.0)

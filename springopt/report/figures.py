@@ -22,6 +22,7 @@ from springopt.report.convergence import draw_convergence
 from springopt.report.deformation import Deformation, draw_deformation, limits
 from springopt.report.front import draw_front
 from springopt.report.stiffness import draw_stiffness
+from springopt.run import Improvement
 
 PANEL_WIDTH = 1.65  # inches
 MOST_COLUMNS = 6
@@ -37,7 +38,7 @@ class Learned:
     lattice: SpringLattice
     stiffness: Floats  #: shape (s,)
     deformations: list[Deformation]
-    history: Sequence[tuple[int, float]] = ()  #: (evaluations spent, best value); empty where nothing was learned
+    history: Sequence[Improvement] = ()  #: empty where nothing was learned
     evaluations: int = 0
     front: Front = field(default_factory=Front)
 

@@ -68,7 +68,8 @@ def test_a_run_begins_at_the_best_point_of_another_and_says_so(springopt) -> Non
     assert code == 0
     assert "paper-fem-2d, random-search from first.h5, seed 0: objective" in out
     run = json.loads(springopt("show", "paper-fem-2d-random-search-from-first-seed0.h5", "--json").out)
-    assert (run["start"], run["history"][0]) == ("first.h5", [1, first["objective"]])
+    assert (run["start"], run["history"][0]["evaluations"]) == ("first.h5", 1)
+    assert run["history"][0]["value"] == first["objective"]
 
 
 def test_a_complete_run_is_only_read_when_it_is_resumed(springopt) -> None:

@@ -16,11 +16,12 @@ from springopt.report import style
 from springopt.report.body import project, visible
 from springopt.report.deformation import deformations
 from springopt.report.figures import Learned, draw, save
+from springopt.run import Improvement
 
 FLAT, BLOCK = SpringLattice.grid((3, 3)), SpringLattice.grid((3, 3, 3))
 
 
-def learned(lattice: SpringLattice, roles: Sequence[str], history: Sequence[tuple[int, float]]) -> Learned:
+def learned(lattice: SpringLattice, roles: Sequence[str], values: Sequence[tuple[int, float]]) -> Learned:
     """Nodes on the right, pulled by 0.2; the model lags by a tenth of that."""
     pull = np.zeros_like(lattice.nodes)
     pull[side(lattice, "right"), 0] = 0.2
@@ -30,6 +31,7 @@ def learned(lattice: SpringLattice, roles: Sequence[str], history: Sequence[tupl
     reference = np.stack([lattice.nodes + pull] * len(cases))
     stiffness = np.linspace(0.0, 8.0, lattice.spring_count)
     shown = deformations(cases, reference, reference - 0.1 * pull, errors)
+    history = [Improvement(evaluations, evaluations, 0.0, 0.0, value) for evaluations, value in values]
     return Learned("A run", lattice, stiffness, shown, history, 100)
 
 
