@@ -39,7 +39,7 @@ LIBRARIES = {
         "testing",
     ],
     "skfem": ["reference.fem"],
-    "threadpoolctl": ["analysis", "execution", "testing"],
+    "threadpoolctl": ["analysis", "benchmark", "execution", "testing"],
 }
 #: What comes with a library that is asked for by name.
 COMES_WITH = {"llvmlite": "numba", "pydantic_core": "pydantic", "skfem": "scikit-fem"}

@@ -1,0 +1,79 @@
+"""Jobs at work, here, in several processes or on a cluster: the folder is filled, and continued where it stopped."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from springopt.benchmark.job import Job, ended_before, run_job
+from springopt.benchmark.outcome import Outcome
+from springopt.benchmark.pace import Pace
+from springopt.errors import UserError
+
+
+class Standing(NamedTuple):
+    """How far the jobs are."""
+
+    ended: int
+    jobs: int
+    seconds_left: float | None  #: an estimate; None while nothing is known
+    newest: Outcome
+
+
+Progress = Callable[[Standing], None]
+Ended = Iterator[tuple[int, Outcome]]  # the number of a job, and what came of it
+
+
+def run_jobs(
+    jobs: Iterable[Job],
+    folder: str | os.PathLike[str],
+    *,
+    workers: int = 1,
+    progress: Progress | None = None,
+) -> list[Outcome]:
+    """Runs all jobs that have not ended yet, and says of each what came of it, in their order.
+
+    The first seeds of all scenes and optimizers come first: what is there after Ctrl-C can be compared. Raises
+    KeyboardInterrupt then; the same call goes on.
+
+    Args:
+        folder: of results, `FOLDER/<scene>/<label>/seed<N>.h5`; it is made.
+        workers: processes; 1 is this one.
+        progress: called after each job.
+    """
+    queue, place = list(jobs), Path(folder)
+    _require_apart(queue)
+    place.mkdir(parents=True, exist_ok=True)
+    outcomes: dict[int, Outcome] = {}
+    pace = Pace(queue, workers)
+    for number, outcome in _ended(queue, place):
+        outcomes[number] = outcome
+        pace.note(outcome)
+        if progress:
+            progress(Standing(len(outcomes), len(queue), pace.seconds_left(), outcome))
+    return [outcomes[number] for number in range(len(queue))]
+
+
+def _ended(jobs: Sequence[Job], folder: Path) -> Ended:
+    """Each job as it ends; first those that ended in an earlier call."""
+    waiting = []
+    for number in sorted(range(len(jobs)), key=lambda number: jobs[number].seed):
+        before = ended_before(jobs[number], folder)
+        if before:
+            yield number, before
+        else:
+            waiting.append(number)
+    for number in waiting:
+        yield number, run_job(jobs[number], folder)
+
+
+def _require_apart(jobs: Sequence[Job]) -> None:
+    """Refuses two jobs with the same place in the folder."""
+    places: set[Path] = set()
+    for job in jobs:
+        place = job.run_file(Path())
+        if place in places:
+            raise UserError(f"two jobs would write {place}; give one of them another label.")
+        places.add(place)

@@ -1,0 +1,56 @@
+"""Small scenes and jobs on them."""
+
+from collections.abc import Callable
+
+import pytest
+
+from springopt.benchmark import Job
+from springopt.scene import Scene, load_scene
+
+NINE = """
+title = "Nine nodes, two load cases"
+[lattice]
+grid = [3, 3]
+[reference]
+kind = "spring"
+stiffness = 5.0
+[encoding]
+kind = "real"
+lower = 0.0
+upper = 10.0
+threshold = 0.5
+[objective]
+minimize = "least-squares"
+[budget]
+evaluations = 40
+[optimizers.random-search]
+batch = 8
+[load_cases]
+train = [
+  { name = "pull", hold = "left", push = { on = "right", force = [0.3, 0.0] } },
+  { name = "shear", hold = "left", push = { on = "right", force = [0.0, 0.1] } },
+]
+"""
+BITS = NINE.replace('"real"\nlower = 0.0\nupper = 10.0\nthreshold = 0.5', '"binary"\nstiffness = 5.0')
+
+
+@pytest.fixture
+def nine(tmp_path) -> Scene:
+    (tmp_path / "nine.toml").write_text(NINE)
+    return load_scene(tmp_path / "nine.toml")
+
+
+@pytest.fixture
+def bits(tmp_path) -> Scene:
+    (tmp_path / "bits.toml").write_text(BITS)
+    return load_scene(tmp_path / "bits.toml")
+
+
+@pytest.fixture
+def job() -> Callable[..., Job]:
+    """A job on a scene, by default of random search."""
+
+    def make(scene: Scene, optimizer: str = "random-search", seed: int = 0, **rest) -> Job:
+        return Job(scene=scene.to_json(), scene_name=scene.name, optimizer=optimizer, seed=seed, **rest)
+
+    return make
