@@ -20,7 +20,10 @@ def example(name: str) -> ModuleType:
 
 def test_every_example_is_tested_here() -> None:
     assert {path.stem for path in EXAMPLES.glob("*.py")} == {"beam_with_scipy"}
-    assert {path.parent.name for path in EXAMPLES.glob("*/pyproject.toml")} == {"third_party_optimizer"}
+    assert {path.parent.name for path in EXAMPLES.glob("*/pyproject.toml")} == {
+        "third_party_optimizer",
+        "third_party_scenes",
+    }
 
 
 def test_a_beam_is_learned_with_scipy(capsys: pytest.CaptureFixture[str]) -> None:

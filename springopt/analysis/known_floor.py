@@ -10,11 +10,11 @@ import json
 import os
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from springopt.errors import UserError
+from springopt.scene.bundled import scene_file
 
 #: A value counts as lower than another one where it is so by this share.
 LOWER = 1e-9
@@ -50,14 +50,15 @@ class Floor:
 
 
 def floor_file(scene: str) -> Path:
-    """Where the floor of a scene is stored: beside its TOML file, of a bundled one in the package."""
-    if scene.endswith(".toml") or os.sep in scene:
-        return Path(scene).with_suffix(".floor.json")
-    return Path(str(files("springopt.scene") / "scenes" / "floors" / f"{scene}.json"))
+    """Where the floor of a scene is stored: beside its TOML file, of one that has a name in the package it is from."""
+    file = None if scene.endswith(".toml") or os.sep in scene else scene_file(scene)
+    if file is None:
+        return Path(f"{scene.removesuffix('.toml')}.floor.json")
+    return Path(str(file)).parent / "floors" / f"{scene}.json"
 
 
 def stored_floors(name: str, folders: Sequence[Path]) -> list[Floor]:
-    """What is stored for scenes of this name: the bundled one, and those whose floors lie in these folders."""
+    """What is stored for scenes of this name: in the package it is from, and in these folders."""
     paths = [floor_file(name), *(folder / f"{name}.floor.json" for folder in folders)]
     return [floor for path in paths if (floor := read_floor(path)) is not None]
 

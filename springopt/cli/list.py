@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from contextlib import redirect_stdout
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -22,7 +23,10 @@ if TYPE_CHECKING:
 @click.argument("name", required=False)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of tables.")
 def command(kind: str, name: str | None, as_json: bool) -> None:
-    """List the optimizers or the bundled scenes; with a NAME, one optimizer's options or one scene's text."""
+    """List the optimizers or the scenes.
+
+    With a NAME: one optimizer's options, one scene's text, or the scenes of one group.
+    """
     {"optimizers": _optimizers, "scenes": _scenes}[kind](name, as_json)
 
 
@@ -75,21 +79,24 @@ def _optimizer(name: str, optimizer: type[Optimizer]) -> dict[str, Any]:
 
 
 def _scenes(name: str | None, as_json: bool) -> None:
-    from springopt.scene.bundled import bundled_scenes, bundled_text
+    from springopt.scene.bundled import bundled_scenes, scene_file
 
-    titles = bundled_scenes()
-    if name is None:
-        entries = [{"name": scene, "title": title} for scene, title in titles.items()]
-        if as_json:
-            click.echo(json.dumps(entries))
-        else:
-            from springopt.report.tables import scenes_table
-
-            print_table(scenes_table(entries))
+    heads = bundled_scenes()
+    file = scene_file(name) if name is not None else None
+    if name is not None and file is not None:
+        text = file.read_text(encoding="utf-8")
+        click.echo(json.dumps(asdict(heads[name]) | {"text": text}) if as_json else text, nl=as_json)
         return
-    text = bundled_text(name)
-    if text is None:
+    entries = [asdict(head) for head in heads.values() if name in (None, head.group)]
+    if not entries:
+        groups = list(dict.fromkeys(head.group for head in heads.values() if head.group))
         raise UserError(
-            f"there is no bundled scene {name!r}; name one of {', '.join(titles)}.{did_you_mean(name, titles)}"
+            f"there is no scene and no group of scenes {name!r}; the groups are {', '.join(groups)}."
+            f"{did_you_mean(str(name), [*heads, *groups])} `springopt list scenes` names all scenes."
         )
-    click.echo(json.dumps({"name": name, "title": titles[name], "text": text}) if as_json else text, nl=as_json)
+    if as_json:
+        click.echo(json.dumps(entries))
+        return
+    from springopt.report.tables import scenes_table
+
+    print_table(scenes_table(entries))

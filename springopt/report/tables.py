@@ -164,11 +164,16 @@ def checks_table(name: str, findings: Iterable[Mapping[str, str]]) -> Table:
     return table
 
 
-def scenes_table(entries: Iterable[Mapping[str, str]]) -> Table:
-    """Name and title."""
-    table = plain_table("Bundled scenes", ["name"], texts=["title"])
-    for entry in entries:
-        table.add_row(entry["name"], entry["title"])
+def scenes_table(entries: Sequence[Mapping[str, Any]]) -> Table:
+    """Group, name and title, a section for each group; the distribution, where there is more than one."""
+    brought = len({entry["distribution"] for entry in entries}) > 1
+    table = plain_table("Scenes", ["group", "name", *(["distribution"] if brought else [])], texts=["title"])
+    for entry, last in zip(entries, [None, *entries], strict=False):
+        begins = last is None or entry["group"] != last["group"]
+        if begins:
+            table.add_section()
+        owner = [entry["distribution"]] if brought else []
+        table.add_row((entry["group"] or "-") if begins else "", entry["name"], *owner, entry["title"])
     return table
 
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from springopt.scene.bundled import bundled_scenes
+from springopt.scene.bundled import SceneHead, bundled_scenes
 
 if TYPE_CHECKING:
     from springopt.scene.build import Setup
     from springopt.scene.load import load_scene
     from springopt.scene.schema import Scene
 
-__all__ = ["Scene", "Setup", "bundled_scenes", "load_scene"]
+__all__ = ["Scene", "SceneHead", "Setup", "bundled_scenes", "load_scene"]
 
 _HOMES = {"Scene": "schema", "Setup": "build", "load_scene": "load"}
 

@@ -12,14 +12,14 @@ from pydantic import TypeAdapter, ValidationError
 
 from springopt.errors import SceneError, UserError, did_you_mean
 from springopt.lattice import SpringLattice
-from springopt.scene.bundled import bundled_scenes, bundled_text
+from springopt.scene.bundled import bundled_scenes, scene_file
 from springopt.scene.faults import explain, scene_error
 from springopt.scene.lattice_tables import LatticeTable, MeshTable, NodesTable
 from springopt.scene.schema import Scene
 
 
 def load_scene(path_or_name: str | os.PathLike[str]) -> Scene:
-    """The scene of a TOML file, or the bundled scene of this name.
+    """The scene of a TOML file, or the scene of this name, bundled or brought by another distribution.
 
     Raises:
         SceneError: with all faults of the scene at once, each with its path.
@@ -77,12 +77,13 @@ def _read(path_or_name: str | os.PathLike[str], folder: Path, extending: tuple[s
     if not isinstance(base, str):
         raise SceneError(f"scene {name}: extends should be the name or the path of a scene, but is {base!r}.")
     inherited = _read(base, folder, (*extending, name))
-    inherited.pop("name", None)
+    for own in ("name", "group"):
+        inherited.pop(own, None)
     return merge(inherited, data)
 
 
 def _find(path_or_name: str | os.PathLike[str], folder: Path) -> tuple[str, str, Path]:
-    """Identity, text and folder of a scene: of a file where it looks like a path, else of a bundled scene."""
+    """Identity, text and folder of a scene: of a file where it looks like a path, else of the scene of this name."""
     name = os.fspath(path_or_name)
     if not isinstance(path_or_name, str) or name.endswith(".toml") or os.sep in name:
         path = (folder / name).resolve()
@@ -91,13 +92,13 @@ def _find(path_or_name: str | os.PathLike[str], folder: Path) -> tuple[str, str,
         except (OSError, UnicodeDecodeError) as error:
             reason = getattr(error, "strerror", None) or "it is not UTF-8 text"
             raise SceneError(f"scene {name} can't be read ({reason}); give the path of a TOML file.") from None
-    text = bundled_text(name)
-    if text is None:
+    file = scene_file(name)
+    if file is None:
         raise SceneError(
-            f"there is no bundled scene {name!r}.{did_you_mean(name, list(bundled_scenes()))} "
+            f"there is no scene {name!r}.{did_you_mean(name, bundled_scenes())} "
             "`springopt list scenes` names them; a file of your own ends in .toml."
         )
-    return name, text, Path()
+    return name, file.read_text(encoding="utf-8"), Path(str(file)).parent
 
 
 def merge(base: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:

@@ -44,6 +44,7 @@ class Scene(Table):
 
     name: Annotated[str, Field(pattern=r"^[^/\\]+$")]
     title: str
+    group: str | None = None
     lattice: LatticeTable
     kinematics: Literal["nonlinear", "linear"] = "nonlinear"
     engine: Literal["lanes", "sparse", "iterative"] | None = None
@@ -74,8 +75,8 @@ class Scene(Table):
         return self.model_dump_json(exclude_none=True)
 
     def digest(self) -> str:
-        """Of what decides the scene's values: not its name and title, budget, optimizers and test load cases."""
-        beside: Any = {"name", "title", "budget", "optimizers"}
+        """Of what decides the scene's values: not its name, title and group, budget, optimizers and test load cases."""
+        beside: Any = {"name", "title", "group", "budget", "optimizers"}
         tables = self.model_dump(mode="json", exclude_defaults=True, exclude=beside)
         tables["load_cases"].pop("test", None)
         return hashlib.blake2b(json.dumps(tables, sort_keys=True).encode(), digest_size=16).hexdigest()

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from springopt.cli.list import _as_set
+from springopt.scene.bundled import SCENE_GROUPS
 
 SOLVE = ("solve", "--optimizer", "random-search", "--evaluations", "40")
 
@@ -157,7 +158,23 @@ def test_a_candidate_without_springs_is_an_answer_and_no_error(springopt) -> Non
 def test_list_scenes_shows_titles_and_one_scene_s_text(springopt) -> None:
     assert "Stiffness and topology from a 2D finite element reference" in springopt("list", "scenes").out
     assert 'extends = "paper-fem-2d"' in springopt("list", "scenes", "paper-fem-2d-4").out
-    assert len(json.loads(springopt("list", "scenes", "--json").out)) == 10
+    paper = json.loads(springopt("list", "scenes", "paper", "--json").out)
+    assert len(paper) == 10
+    assert paper[0] == {
+        "name": "paper-fem-2d",
+        "title": "Stiffness and topology from a 2D finite element reference, 12 load cases (section 4.3)",
+        "group": "paper",
+        "distribution": "springopt",
+    }
+    everything = json.loads(springopt("list", "scenes", "--json").out)
+    assert everything[:10] == paper
+
+
+def test_list_scenes_names_each_group_once(springopt) -> None:
+    lines = [line.split() for line in springopt("list", "scenes").out.splitlines()]
+    groups = [words[0] for words in lines if len(words) > 1 and words[0] in SCENE_GROUPS]
+    assert groups == sorted(set(groups), key=SCENE_GROUPS.index)
+    assert groups[0] == "paper"
 
 
 def test_list_optimizers_names_distributions_and_one_optimizer_s_options(springopt) -> None:
@@ -260,7 +277,7 @@ def test_identify_says_when_too_little_is_known(springopt) -> None:
 def test_explain_of_no_scene_is_a_mistake_in_one_sentence(springopt) -> None:
     code, _, err = springopt("explain", "paper-fem-3d")
     assert code == 2
-    assert "there is no bundled scene 'paper-fem-3d'" in err
+    assert "there is no scene 'paper-fem-3d'" in err
 
 
 @pytest.mark.parametrize(("default", "text"), [(None, "none"), (False, "false"), ((1, 2), "1,2"), (0.5, "0.5")])

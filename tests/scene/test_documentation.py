@@ -19,7 +19,7 @@ def test_a_documented_scene_builds(tmp_path: Path, text: str) -> None:
 
 
 def test_every_table_and_key_of_a_scene_is_documented() -> None:
-    plain_keys = {"name", "title", "kinematics", "engine", "branch"}
+    plain_keys = {"name", "title", "group", "kinematics", "engine", "branch"}
     headings = {"effects": "[[effects]]", "optimizers": "[optimizers."}
     tables = set(Scene.model_fields) - plain_keys
     assert not [name for name in tables if headings.get(name, f"[{name}]") not in PAGE]

@@ -230,7 +230,7 @@ def test_all_faults_come_at_once(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "sentence"),
     [
-        ("paper-fem-2", "there is no bundled scene 'paper-fem-2'. Did you mean 'paper-fem-2d'?"),
+        ("paper-fem-2", "there is no scene 'paper-fem-2'. Did you mean 'paper-fem-2d'?"),
         ("nowhere.toml", "scene nowhere.toml can't be read (No such file or directory)"),
         ("/", "can't be read"),
     ],
