@@ -23,12 +23,14 @@ from springopt.budget import Budget
 from springopt.checks import Floats
 from springopt.encoding import Real
 from springopt.errors import NoEquilibrium, UserError
+from springopt.forward.status import has_equilibrium
 from springopt.problem import Problem
 from springopt.scene import Setup
 
 STARTS = 20
 SAME = 1e-6  # relative difference of values that counts as the same optimum
 TRIES = 100  # samples for one start that has an equilibrium
+SAMPLES = 101  # whose median is the start where there is no formula for one
 #: A proven zero is reached to this, in smallest rest lengths: what the tolerances of two forward solves leave.
 REACHED = 1e-6
 
@@ -86,8 +88,17 @@ def _floor(
         reached=found.value,
         point=found.point.tolist(),
         analytic=None if start is None else start[1],
+        sampled=_sampled(setup) if start is None else None,
         evidence=found.evidence | (evidence or {}) | versions,
     )
+
+
+def _sampled(setup: Setup) -> float:
+    """The median value of random samples: of those that have an equilibrium, if any has one."""
+    points = setup.encoding.sample(np.random.default_rng(0), SAMPLES)
+    evaluation = setup.objective.evaluate(setup.encoding.decode(points))
+    found = has_equilibrium(evaluation.codes)
+    return float(np.median(evaluation.values[found] if found.any() else evaluation.values))
 
 
 def _zero(setup: Setup) -> _Found | None:

@@ -32,6 +32,8 @@ class Floor:
     reached: float  #: what the forward solve makes of the point, by its tolerance above a value of zero
     point: list[float]
     analytic: float | None  #: value of the analytic start; None where there is none
+    #: Median value of random samples; None where there is an analytic start.
+    sampled: float | None = None
     evidence: dict[str, Any]
 
     @property
@@ -39,14 +41,24 @@ class Floor:
         """The value and how sure it is."""
         return f"{self.value:.6g} ({'best known' if self.proof is None else 'proven'})"
 
+    @property
+    def start(self) -> float | None:
+        """The value that a search has to improve on: the analytic start's, where there is none the samples'."""
+        return self.sampled if self.analytic is None else self.analytic
+
+    @property
+    def start_said(self) -> str:
+        """What the start is."""
+        return "the median of random samples" if self.analytic is None else "the analytic start"
+
     def is_beaten_by(self, value: float) -> bool:
         return self.proof is None and value < self.value * (1 - LOWER)
 
     def fraction(self, value: float) -> float | None:
-        """How much of the way from the analytic start to the floor a value has gone; None without such a start."""
-        if self.analytic is None or self.analytic <= self.value:
+        """How much of the way from the start to the floor a value has gone; None without a start above the floor."""
+        if self.start is None or self.start <= self.value:
             return None
-        return (self.analytic - value) / (self.analytic - self.value)
+        return (self.start - value) / (self.start - self.value)
 
 
 def floor_file(scene: str) -> Path:
@@ -77,7 +89,9 @@ def store_floor(path: Path, found: Floor) -> Floor:
     """Stores a floor unless the one that is stored for the same scene is as low; the one that is stored then."""
     stored = read_floor(path)
     if stored is not None and stored.digest == found.digest and not _replaces(stored, found):
-        found = replace(stored, analytic=stored.analytic if found.analytic is None else found.analytic)
+        found = replace(
+            stored, analytic=_last(found.analytic, stored.analytic), sampled=_last(found.sampled, stored.sampled)
+        )
     try:
         path.parent.mkdir(exist_ok=True)
         path.write_text(_written(found), encoding="utf-8")
@@ -86,6 +100,10 @@ def store_floor(path: Path, found: Floor) -> Floor:
             f"the floor can't be stored in {path} ({error.strerror}); copy the scene to a folder of your own."
         ) from None
     return found
+
+
+def _last(found: float | None, stored: float | None) -> float | None:
+    return stored if found is None else found
 
 
 def _replaces(stored: Floor, found: Floor) -> bool:

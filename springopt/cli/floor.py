@@ -71,5 +71,5 @@ def _print(floor: Floor) -> None:
         )
     else:
         click.echo(f"found by: {evidence['method']}")
-    if floor.analytic is not None:
-        click.echo(f"analytic start {floor.analytic:.6g}")
+    if floor.start is not None:
+        click.echo(f"{floor.start_said} {floor.start:.6g}")

@@ -1,4 +1,4 @@
-"""Where a run's value lies between the analytic start and the floor of its scene, if that is stored."""
+"""Where a run's value lies between the start and the floor of its scene, if they are stored."""
 
 from __future__ import annotations
 
@@ -43,6 +43,7 @@ def with_floor(run: Run, place: Place) -> str:
         "value": floor.value,
         "proven": floor.proof is not None,
         "analytic": floor.analytic,
+        "sampled": floor.sampled,
         "fraction": floor.fraction(run.objective),
     }
     return json.dumps(document)
@@ -52,13 +53,11 @@ def _say(floor: Floor, run: Run) -> str:
     if floor.is_beaten_by(run.objective):
         said = f"below {floor.value:.9g}, the lowest value known so far"
         return f"{said}; store it with springopt floor {_scene(run)} --from {run.run}" if run.run else said
-    if floor.analytic is not None and run.objective > floor.analytic:
-        return f"worse than the analytic start {floor.analytic:.6g}; the floor is {floor.said}"
+    if floor.start is not None and run.objective > floor.start:
+        return f"worse than {floor.start_said} {floor.start:.6g}; the floor is {floor.said}"
     fraction = floor.fraction(run.objective)
     if fraction is not None:
-        return (
-            f"{100 * fraction:.4g} % of the way from the analytic start {floor.analytic:.6g} to the floor {floor.said}"
-        )
+        return f"{100 * fraction:.4g} % of the way from {floor.start_said} {floor.start:.6g} to the floor {floor.said}"
     if floor.value == 0:
         return f"the floor is {floor.said}"
     return f"{100 * (run.objective / floor.value - 1):.3g} % above the floor {floor.said}"

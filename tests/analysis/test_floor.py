@@ -108,6 +108,23 @@ def test_a_floor_that_is_kept_takes_over_the_analytic_start(tmp_path: Path) -> N
     assert store_floor(path, a_floor(0.5, analytic=0.7)) == a_floor(0.4, analytic=0.7)
 
 
+def test_without_an_analytic_start_the_start_is_the_median_of_random_samples() -> None:
+    assert [floor.start for floor in (a_floor(0.1), a_floor(0.1, sampled=0.8))] == [None, 0.8]
+    assert a_floor(0.1, sampled=0.8, analytic=0.5).start == 0.5
+    assert a_floor(0.1, sampled=0.5).fraction(0.2) == pytest.approx(0.75)
+    assert a_floor(0.1, sampled=0.5).start_said == "the median of random samples"
+
+
+def test_samples_without_an_equilibrium_are_left_out_of_the_median() -> None:
+    bits = {"kind": "binary", "stiffness": 4.0}
+    one = line([(0, 1)], [{"hold": [0], "push": {1: 0.4}}], stiffness=4.0, encoding=bits)
+    assert compute_floor(one).sampled == pytest.approx(
+        0.0, abs=1e-9
+    )  # the bar alone holds the load, and no bar is no equilibrium
+    two = line([(0, 1), (0, 1)], [{"hold": [0], "push": {1: 0.4}}], stiffness=4.0, encoding=bits)
+    assert compute_floor(two).sampled == pytest.approx(0.5 * (0.4 / 4 - 0.4 / 8))  # two of three hold it with one bar
+
+
 def test_fractions_go_from_the_analytic_start_to_the_floor() -> None:
     floor = a_floor(0.1, analytic=0.5)
     assert [floor.fraction(value) for value in (0.5, 0.2, 0.1)] == pytest.approx([0.0, 0.75, 1.0])
@@ -158,6 +175,7 @@ def test_the_stored_floor_of_a_bundled_scene_is_current_and_its_point_has_that_v
     assert floor.value == (floor.reached if floor.proof is None else 0.0)
     assert floor.evidence.get("agreed") == floor.evidence.get("starts")
     start = analytic_start(setup)
+    assert floor.start is not None
     if start is not None:  # its plugin is installed
         assert floor.analytic == pytest.approx(start[1], rel=1e-7), f"compute it again: springopt floor {name}"
 

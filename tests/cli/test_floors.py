@@ -45,7 +45,7 @@ def stored(**facts: object) -> None:
 
 def test_results_say_how_far_they_are_from_the_floor(springopt, mine: Path) -> None:
     springopt("floor", "mine.toml", "--starts", "2")
-    stored(analytic=None)
+    stored(analytic=None, sampled=None)
     value = json.loads(springopt(*SOLVE, "mine.toml", "--out", "a.h5", "--json").out)["objective"]
     floor = json.loads(Path("mine.floor.json").read_text())["value"]
     assert (
@@ -59,10 +59,16 @@ def test_results_say_how_far_they_are_from_the_floor(springopt, mine: Path) -> N
         "value": floor,
         "proven": False,
         "analytic": 2 * value,
+        "sampled": None,
         "fraction": pytest.approx(share),
     }
     stored(analytic=0.9 * value)
     assert f"worse than the analytic start {0.9 * value:.6g}; the floor is {floor:.6g}" in springopt("show", "a.h5").out
+
+
+def test_where_there_is_no_analytic_start_the_way_is_from_random_samples(springopt) -> None:
+    out = springopt(*SOLVE, "paper-topology-3d").out
+    assert "% of the way from the median of random samples 3.08365 to the floor 0 (proven)" in out
 
 
 def test_solve_says_the_same_as_show_and_finds_the_floor_beside_the_scene(springopt, mine: Path) -> None:
