@@ -35,6 +35,7 @@ import springopt as so
 from springopt.encoding import Real
 from springopt.optimizer import Optimizer
 from springopt.options import make_optimizer
+from springopt.reference.random_springs import pulls, thin_out
 from springopt.registry import load_optimizer
 
 Floats = NDArray[np.float64]
@@ -46,7 +47,6 @@ NOISES = (0.0, 1e-5, 1e-4, 1e-3)
 FURTHEST = 0.5  # spacings
 TOLERANCE = 1e-10
 EXACT = 1e-8  # noise that stands for none: what the equilibria are exact to
-SINGULAR = 1e-6  # share of a spring's own stiffness that must be left against its removal
 BOUND_SAMPLES = 8
 SWEEPS, WARM_UP = 60, 20
 ROUNDING = 1e-12  # share of a spring's information that is lost where others tell much more
@@ -203,7 +203,10 @@ def make_reference(scene: str, seed: int) -> Reference:
     rng = np.random.default_rng(seed)
     setup = so.load_scene(scene).build()
     cases = [case for case in setup.cases if case.role == "train"]
-    present = thin_out(setup.lattice, cases, rng.uniform(*KEPT[scene]), rng)
+    share, count = rng.uniform(*KEPT[scene]), setup.lattice.spring_count
+    free = {case.supports.tobytes(): case.free.ravel() for case in cases}
+    matrices = [pulls(setup.lattice)[rows] for rows in free.values()]
+    present = thin_out(matrices, rng.permutation(count), round(share * count))
     stiffness = np.where(present, rng.uniform(SOFTEST, STIFFEST, len(present)), 0.0)
     model = so.Model(setup.lattice)
     moderate = [moderated(model, stiffness, case) for case in cases]
@@ -218,38 +221,6 @@ def moderated(model: so.Model, stiffness: Floats, case: so.LoadCase) -> so.LoadC
         if solution.status[0].has_equilibrium and furthest <= FURTHEST:
             return case
         case = so.LoadCase(case.name, case.supports, case.forces / 2)
-
-
-def thin_out(lattice: so.SpringLattice, cases: list[so.LoadCase], share: float, rng: np.random.Generator) -> Booleans:
-    """Drops springs until this share is left, none that a set of supports can't do without at rest."""
-    pulls = directions(lattice)
-    supports = {case.supports.tobytes(): case.free.ravel() for case in cases}
-    columns = [pulls[free] for free in supports.values()]
-    inverses = [np.linalg.inv(own @ own.T) for own in columns]
-    present = np.ones(lattice.spring_count, dtype=bool)
-    for spring in rng.permutation(lattice.spring_count):
-        if present.sum() <= round(share * lattice.spring_count):
-            break
-        # By the determinant lemma: what the others have against a stretch of this spring, as a share of all.
-        left = [1 - own[:, spring] @ inverse @ own[:, spring] for own, inverse in zip(columns, inverses, strict=True)]
-        if min(left) < SINGULAR:
-            continue
-        present[spring] = False
-        for number, (own, inverse) in enumerate(zip(columns, inverses, strict=True)):
-            change = inverse @ own[:, spring]
-            inverses[number] = inverse + np.outer(change, change) / left[number]
-    return present
-
-
-def directions(lattice: so.SpringLattice) -> Floats:
-    """What a stretched spring does to all degrees of freedom at rest, shape (n d, s)."""
-    i, j = lattice.springs.T
-    vectors = lattice.nodes[j] - lattice.nodes[i]
-    units, springs = vectors / np.linalg.norm(vectors, axis=1)[:, None], np.arange(len(vectors))
-    matrix = np.zeros((*lattice.nodes.shape, len(springs)))
-    matrix[i, :, springs] -= units
-    matrix[j, :, springs] += units
-    return matrix.reshape(lattice.nodes.size, -1)
 
 
 if __name__ == "__main__":

@@ -102,9 +102,9 @@ def _sampled(setup: Setup) -> float:
 
 
 def _zero(setup: Setup) -> _Found | None:
-    """The reference's point, if the encoding has one and the forward solve agrees that nothing is off there."""
+    """The point of a reference without noise, if the encoding has one and the forward solve agrees that it is right."""
     reference = reference_stiffness(setup)
-    if reference is None:
+    if reference is None or setup.scene.reference.noise is not None:
         return None
     point, is_exact = encode(setup.encoding, reference)
     objective = setup.objective

@@ -63,6 +63,7 @@ def _hessian(blocks: Floats, directions: Floats, lengths: Floats) -> Floats:
 
 def _solve(matrix: Floats, right: Floats) -> Floats:
     """With as much of the diagonal added as a direction without curvature needs."""
-    scales = np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
+    diagonal = np.diag(matrix)
+    scales = np.sqrt(np.where(diagonal > np.finfo(float).tiny, diagonal, 1.0))
     scaled = matrix / np.outer(scales, scales)
     return np.linalg.solve(scaled + 1e-12 * np.eye(len(scaled)), right / scales) / scales

@@ -53,9 +53,19 @@ def _deformed(scene: Scene, reference: Reference, cases: list[LoadCase]) -> Floa
     positions, faults = [], []
     for case in cases:
         try:
-            positions.append(reference.deform(case))
+            positions.append(_measured(scene, case, reference.deform(case)))
         except UserError as error:
             faults.append(str(error))
     if faults:
         raise SceneError(f"the reference of scene {scene.name} can't be deformed: {' '.join(faults)}")
     return np.stack(positions)
+
+
+def _measured(scene: Scene, case: LoadCase, positions: Floats) -> Floats:
+    """What is learned from may be noisy; what judges is the reference itself."""
+    noise = scene.reference.noise
+    if noise is None or case.role == "test":
+        return positions
+    from springopt.reference.noise import measured
+
+    return measured(positions, case, **noise.model_dump())

@@ -17,9 +17,21 @@ if TYPE_CHECKING:
     from springopt.reference import Reference
 
 Positive = Annotated[float, Field(gt=0)]
+Seed = Annotated[int, Field(ge=0)]
 
 
-class FemTable(Table):
+class NoiseTable(Table):
+    """Normal noise in what the training load cases show of the reference."""
+
+    deviation: Positive
+    seed: Seed = 0
+
+
+class _ReferenceTable(Table):
+    noise: NoiseTable | None = None
+
+
+class FemTable(_ReferenceTable):
     """Linear elasticity on the cells of the lattice."""
 
     kind: Literal["fem"]
@@ -42,10 +54,10 @@ class FemTable(Table):
     def _on(self, lattice: SpringLattice) -> Reference:
         from springopt.reference.fem import FemReference
 
-        return FemReference(lattice, **self.model_dump(exclude={"kind"}))
+        return FemReference(lattice, **self.model_dump(exclude={"kind", "noise"}))
 
 
-class SpringTable(Table):
+class SpringTable(_ReferenceTable):
     """A mass-spring model of known stiffness, on the springs of the lattice less those that are absent."""
 
     kind: Literal["spring"]
@@ -91,10 +103,39 @@ class SpringTable(Table):
         return SpringReference(model, self.spring_stiffness(model.lattice))
 
 
+class RandomSpringsTable(_ReferenceTable):
+    """A mass-spring model drawn at random from the springs of the lattice."""
+
+    kind: Literal["random-springs"]
+    seed: Seed
+    stiffness: list[float]
+    kept: Annotated[float, Field(gt=0, le=1)] = 1.0
+    anisotropy: list[float] | None = None
+
+    @model_validator(mode="after")
+    def _fits_lattice(self, info: ValidationInfo) -> RandomSpringsTable:
+        lattice = lattice_of(info)
+        if lattice is not None:
+            with faults_of_users():
+                self.spring_stiffness(lattice)
+        return self
+
+    def spring_stiffness(self, lattice: SpringLattice) -> Floats:
+        """Stiffness [force/length], shape (s,), zero for springs that were dropped."""
+        from springopt.reference.random_springs import random_stiffness
+
+        return random_stiffness(lattice, **self.model_dump(exclude={"kind", "noise"}))
+
+    def build(self, model: Model) -> Reference:
+        from springopt.reference.spring import SpringReference
+
+        return SpringReference(model, self.spring_stiffness(model.lattice))
+
+
 def _parallel(lattice: SpringLattice, direction: Floats) -> Booleans:
     spans = lattice.nodes[lattice.springs[:, 1]] - lattice.nodes[lattice.springs[:, 0]]
     lengths = np.linalg.norm(spans, axis=1) * np.linalg.norm(direction)
     return np.abs(spans @ direction) >= lengths * (1 - 1e-9)
 
 
-ReferenceTable = Annotated[FemTable | SpringTable, Discriminator("kind")]
+ReferenceTable = Annotated[FemTable | SpringTable | RandomSpringsTable, Discriminator("kind")]

@@ -25,6 +25,14 @@ def test_a_reference_in_the_encodings_set_makes_the_floor_zero_and_proven() -> N
     assert floor.reached == pytest.approx(0.0, abs=1e-9)
 
 
+def test_noise_leaves_no_proof() -> None:
+    spring = {"kind": "spring", "stiffness": 3.0, "noise": {"deviation": 1e-9}}
+    data = line([(0, 1)], [{"hold": [0], "push": {1: 0.4}}]).scene.model_dump(exclude_none=True) | {"reference": spring}
+    floor = compute_floor(Scene.from_json(json.dumps(data)).build(), starts=2)
+    assert floor.proof is None
+    assert floor.point == pytest.approx([3.0], rel=1e-6)
+
+
 def test_a_reference_outside_the_box_leaves_the_distance_at_the_bound() -> None:
     floor = compute_floor(line([(0, 1)], [{"hold": [0], "push": {1: 0.4}}], stiffness=20.0), starts=3)
     assert floor.point == [10.0]

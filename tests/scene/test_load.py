@@ -180,7 +180,7 @@ def test_a_bad_load_case_is_refused_with_its_path(tmp_path: Path, case: str, sen
         ("reference = { yuong = 1.0 }", "reference.yuong is not a key of a scene; remove it. Did you mean 'young'?"),
         (
             "reference = { kind = 'fme' }",
-            "reference.kind should be one of fem, spring, but is 'fme'. Did you mean 'fem'?",
+            "reference.kind should be one of fem, spring, random-springs, but is 'fme'. Did you mean 'fem'?",
         ),
         ("reference = { kind = 'spring' }", "reference.stiffness is missing; give it."),
         ("reference = { kind = 'spring', stiffness = -5 }", "stiffness is -5, but it must be finite and not negative."),
@@ -188,6 +188,26 @@ def test_a_bad_load_case_is_refused_with_its_path(tmp_path: Path, case: str, sen
         ("reference = { kind = 'spring', stiffness = '5' }", "should be a finite number or a list of such"),
         ("reference = { kind = 'spring', stiffness = 5, absent = [72] }", "absent names springs 0 to 71, not 72."),
         ("reference = { kind = 'spring', stiffness = 5, absent_directions = [[0, 0]] }", "not all zero"),
+        ("reference = { kind = 'random-springs', seed = 0 }", "reference.stiffness is missing; give it."),
+        (
+            "reference = { kind = 'random-springs', seed = -1, stiffness = [1.0, 2.0] }",
+            "reference.seed should be greater than or equal to 0, but is -1.",
+        ),
+        (
+            "reference = { kind = 'random-springs', seed = 0, stiffness = [1.0, 2.0], kept = 0.5 }",
+            "reference: kept leaves 36 of 72 springs, and with fewer than 47 the body is a mechanism",
+        ),
+        (
+            "reference = { kind = 'random-springs', seed = 0, stiffness = [1.0, 2.0], kept = 1.5 }",
+            "reference.kept should be less than or equal to 1, but is 1.5.",
+        ),
+        (
+            "reference = { kind = 'random-springs', seed = 0, stiffness = [1.0, 2.0], anisotropy = [1.0] }",
+            "reference: anisotropy must have the shape (2,), not (1,).",
+        ),
+        ("reference = { noise = { deviation = 0.0 } }", "reference.noise.deviation should be greater than 0"),
+        ("reference = { noise = 0.1 }", "reference.noise should be a table"),
+        ("reference = { noise = { sigma = 0.1 } }", "reference.noise.sigma is not a key of a scene"),
         ("reference = 3", "reference should be a table"),
         ("encoding = { kind = 'real', upper = -1.0 }", "encoding: the bounds of unknown 0 are [0, -1]"),
         ("encoding = { threshold = 10.0 }", "encoding: the threshold of the real encoding lies in [0, 10)"),
@@ -245,6 +265,17 @@ def test_a_scene_that_is_no_text_is_refused(tmp_path: Path) -> None:
     (tmp_path / "mine.toml").write_bytes(b"\xff\xfe")
     with pytest.raises(SceneError, match="not UTF-8 text"):
         load_scene(tmp_path / "mine.toml")
+
+
+def test_noise_is_in_training_load_cases_alone_and_makes_another_scene(tmp_path: Path) -> None:
+    clean = load_scene("paper-fem-2d-4")
+    noise = "reference = { noise = { deviation = 0.001, seed = 1 } }"
+    noisy = load_scene(write(tmp_path, f'extends = "paper-fem-2d-4"\n{noise}\n'))
+    differences = noisy.build().reference_positions - clean.build().reference_positions
+    roles = [case.role for case in noisy.build().cases]
+    assert [bool(difference.any()) for difference in differences] == [role == "train" for role in roles]
+    assert 0.0005 < differences[0].std() < 0.0015
+    assert noisy.digest() != clean.digest()
 
 
 def test_a_reference_that_floats_is_refused_with_its_load_case() -> None:
