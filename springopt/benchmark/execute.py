@@ -10,6 +10,7 @@ from typing import NamedTuple
 from springopt.benchmark.job import Job, ended_before, run_job
 from springopt.benchmark.outcome import Outcome
 from springopt.benchmark.pace import Pace
+from springopt.benchmark.workers import share
 from springopt.errors import UserError
 
 
@@ -48,7 +49,7 @@ def run_jobs(
     place.mkdir(parents=True, exist_ok=True)
     outcomes: dict[int, Outcome] = {}
     pace = Pace(queue, workers)
-    for number, outcome in _ended(queue, place):
+    for number, outcome in _ended(queue, place, workers):
         outcomes[number] = outcome
         pace.note(outcome)
         if progress:
@@ -56,17 +57,20 @@ def run_jobs(
     return [outcomes[number] for number in range(len(queue))]
 
 
-def _ended(jobs: Sequence[Job], folder: Path) -> Ended:
+def _ended(jobs: Sequence[Job], folder: Path, workers: int) -> Ended:
     """Each job as it ends; first those that ended in an earlier call."""
-    waiting = []
+    waiting = {}
     for number in sorted(range(len(jobs)), key=lambda number: jobs[number].seed):
         before = ended_before(jobs[number], folder)
         if before:
             yield number, before
         else:
-            waiting.append(number)
-    for number in waiting:
-        yield number, run_job(jobs[number], folder)
+            waiting[number] = jobs[number]
+    if workers > 1 and waiting:
+        yield from share(waiting, folder, workers)
+        return
+    for number, job in waiting.items():
+        yield number, run_job(job, folder)
 
 
 def _require_apart(jobs: Sequence[Job]) -> None:
