@@ -16,6 +16,7 @@ from springopt.errors import UserError, did_you_mean
 #: Each command lives in the module of its name; the help is here so that `--help` imports none of them.
 COMMANDS = {
     "solve": "Find the mass-spring model that deforms like a scene's reference.",
+    "benchmark": "Run many optimizers on many scenes, each with several seeds.",
     "simulate": "Deform a mass-spring model of given stiffness under a scene's load cases.",
     "explain": "Say which engine solves a scene's load cases, and why.",
     "identify": "Say which springs a scene's load cases identify, and how well.",

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 MEASURES = {"distance": "distance", "relative_distance": "relative", "least_squares": "squares"}
 LONGEST_FRONT = 24  # rows
+SCENES_ABREAST = 6
 
 
 def plain_table(title: str, names: Iterable[str], numbers: Iterable[str] = (), texts: Iterable[str] = ()) -> Table:
@@ -175,6 +176,16 @@ def scenes_table(entries: Sequence[Mapping[str, Any]]) -> Table:
         owner = [entry["distribution"]] if brought else []
         table.add_row((entry["group"] or "-") if begins else "", entry["name"], *owner, entry["title"])
     return table
+
+
+def benchmark_tables(scenes: Sequence[str], rows: Mapping[str, Mapping[str, str]]) -> Iterable[Table]:
+    """One row an optimizer, one column a scene; a few scenes a table, so that it fits a terminal."""
+    for first in range(0, len(scenes), SCENES_ABREAST):
+        abreast = scenes[first : first + SCENES_ABREAST]
+        table = plain_table("Runs that have ended", ["optimizer"], [scene.replace("-", "-\n") for scene in abreast])
+        for name, cells in rows.items():
+            table.add_row(name, *(cells.get(scene, "-") for scene in abreast))
+        yield table
 
 
 def _pair(nodes: Sequence[int]) -> str:
