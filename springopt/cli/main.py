@@ -21,6 +21,7 @@ COMMANDS = {
     "explain": "Say which engine solves a scene's load cases, and why.",
     "identify": "Say which springs a scene's load cases identify, and how well.",
     "floor": "Compute and store the lowest value known of a scene.",
+    "reproduce": "Make every figure and table of the paper again, ours beside it.",
     "show": "Show what a run found, as tables and as a figure.",
     "list": "List the optimizers and scenes that there are.",
     "check-plugin": "Check that an optimizer keeps the contract, and say what to mend.",

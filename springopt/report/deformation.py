@@ -47,8 +47,8 @@ def draw_deformation(axes: Axes, lattice: SpringLattice, present: Booleans, defo
     axes.add_collection(LineCollection(list(model[springs]), colors=style.MODEL, linewidths=0.6, zorder=4))
     axes.plot(*model[joined].T, "o", color=style.MODEL, markersize=1.8, markeredgewidth=0, zorder=5)
     for nodes, alpha in ((body.seen, 1.0), (~body.seen, 0.2)):
-        _draw_supports(axes, rest, deformation.case, nodes, alpha)
-        _draw_forces(axes, reference, deformation.case, lattice, nodes, alpha)
+        draw_supports(axes, rest, deformation.case, nodes, alpha)
+        draw_forces(axes, reference, deformation.case, lattice, nodes, alpha)
     axes.set_title(f"{deformation.case.name}\n{deformation.caption}", linespacing=1.3, pad=3)
     axes.set_aspect("equal")
     axes.set_axis_off()
@@ -65,7 +65,8 @@ def limits(lattice: SpringLattice, deformations: list[Deformation]) -> tuple[Flo
     return everything.min(axis=0) - margin, everything.max(axis=0) + margin
 
 
-def _draw_supports(axes: Axes, rest: Floats, case: LoadCase, nodes: Booleans, alpha: float) -> None:
+def draw_supports(axes: Axes, rest: Floats, case: LoadCase, nodes: Booleans, alpha: float) -> None:
+    """Squares where these nodes are held, and open ones where they are moved to."""
     held = nodes & case.supports.any(axis=1)
     moved = held & (case.prescribed != 0).any(axis=1)
     look: dict[str, Any] = {"color": style.INK, "markersize": 3.0, "alpha": alpha, "zorder": 6}
@@ -73,9 +74,10 @@ def _draw_supports(axes: Axes, rest: Floats, case: LoadCase, nodes: Booleans, al
     axes.plot(*(rest + project(case.prescribed))[moved].T, "s", markerfacecolor="white", markeredgewidth=0.6, **look)
 
 
-def _draw_forces(
+def draw_forces(
     axes: Axes, reference: Floats, case: LoadCase, lattice: SpringLattice, nodes: Booleans, alpha: float
 ) -> None:
+    """Arrows at these nodes, whose positions on paper are given, shape (n, 2)."""
     loaded = nodes & case.forces.any(axis=1)
     if loaded.any():
         tails, arrows = reference[loaded], _arrows(case, lattice)[loaded]

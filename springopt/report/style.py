@@ -17,6 +17,8 @@ CLASS_COLOURS = {
     "boundary straight": "#E69F00",
     "diagonal": "#009E73",
 }
+#: Lines of one drawing, in this order (Okabe and Ito's colours).
+SERIES = ("#D55E00", "#E69F00", "#56B4E9", "#222222", "#009E73", "#CC79A7", "#0072B2")
 
 #: The reference's lines, wide and pale enough to see the model's on top.
 CASING: dict[str, Any] = {"linewidths": 2.6, "alpha": 0.45, "capstyle": "round"}
