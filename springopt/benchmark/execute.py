@@ -19,7 +19,7 @@ class Standing(NamedTuple):
 
     ended: int
     jobs: int
-    seconds_left: float | None  #: an estimate; None while nothing is known
+    seconds_left: float  #: an estimate
     newest: Outcome
 
 
@@ -32,6 +32,7 @@ def run_jobs(
     folder: str | os.PathLike[str],
     *,
     workers: int = 1,
+    dask: str | None = None,
     progress: Progress | None = None,
 ) -> list[Outcome]:
     """Runs all jobs that have not ended yet, and says of each what came of it, in their order.
@@ -42,14 +43,15 @@ def run_jobs(
     Args:
         folder: of results, `FOLDER/<scene>/<label>/seed<N>.h5`; it is made.
         workers: processes; 1 is this one.
+        dask: the address of a Dask scheduler, or its scheduler file: the jobs run on its workers instead.
         progress: called after each job.
     """
     queue, place = list(jobs), Path(folder)
     _require_apart(queue)
     place.mkdir(parents=True, exist_ok=True)
     outcomes: dict[int, Outcome] = {}
-    pace = Pace(queue, workers)
-    for number, outcome in _ended(queue, place, workers):
+    pace = Pace(queue)
+    for number, outcome in _ended(queue, place, workers, dask):
         outcomes[number] = outcome
         pace.note(outcome)
         if progress:
@@ -57,7 +59,7 @@ def run_jobs(
     return [outcomes[number] for number in range(len(queue))]
 
 
-def _ended(jobs: Sequence[Job], folder: Path, workers: int) -> Ended:
+def _ended(jobs: Sequence[Job], folder: Path, workers: int, dask: str | None) -> Ended:
     """Each job as it ends; first those that ended in an earlier call."""
     waiting = {}
     for number in sorted(range(len(jobs)), key=lambda number: jobs[number].seed):
@@ -66,11 +68,17 @@ def _ended(jobs: Sequence[Job], folder: Path, workers: int) -> Ended:
             yield number, before
         else:
             waiting[number] = jobs[number]
-    if workers > 1 and waiting:
-        yield from share(waiting, folder, workers)
+    if not waiting:
         return
-    for number, job in waiting.items():
-        yield number, run_job(job, folder)
+    if dask is not None:
+        from springopt.benchmark.cluster import share_on_cluster
+
+        yield from share_on_cluster(waiting, folder, dask)
+    elif workers > 1:
+        yield from share(waiting, folder, workers)
+    else:
+        for number, job in waiting.items():
+            yield number, run_job(job, folder)
 
 
 def _require_apart(jobs: Sequence[Job]) -> None:

@@ -35,8 +35,7 @@ def bar_over_runs() -> Iterator[Progress | None]:
         task = bar.add_task("", total=None, end=None, newest="getting ready")
 
         def tell(standing: Standing) -> None:
-            left, newest = standing.seconds_left, standing.newest
-            end = None if left is None else time.monotonic() + left
+            end, newest = time.monotonic() + standing.seconds_left, standing.newest
             bar.update(
                 task, completed=standing.ended, total=standing.jobs, end=end, newest=f"{newest.label} on {newest.scene}"
             )

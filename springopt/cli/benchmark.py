@@ -40,6 +40,7 @@ FAILURES_SHOWN = 10
     "--quick", is_flag=True, help="The quick suite, where nothing else is said: within 10 minutes on 2 cores."
 )
 @click.option("--workers", type=click.IntRange(min=1), help="Processes that share the runs.  [default: 1]")
+@click.option("--dask", metavar="ADDRESS", help="Run on the workers of this Dask scheduler, or scheduler file.")
 @click.option("--out", required=True, metavar="FOLDER", help="Of the run files, FOLDER/SCENE/OPTIMIZER/seedN.h5.")
 @click.option("--json", "as_json", is_flag=True, help="Print what came of each run as one JSON document.")
 def command(
@@ -48,6 +49,7 @@ def command(
     seeds: int | None,
     quick: bool,
     workers: int | None,
+    dask: str | None,
     out: str,
     as_json: bool,
     **limits: float | None,
@@ -60,10 +62,12 @@ def command(
     Interrupted or killed, the same command goes on where it stopped. More scenes, optimizers or seeds may be added to a
     folder; another budget or a scene that was changed needs another one. Exit code 0 if no run failed, else 1.
     """
+    if dask is not None and workers is not None:
+        raise UserError("--workers are processes of this machine and --dask has its own; give one of the two.")
     given = {name: limit for name, limit in limits.items() if limit is not None}
     with redirect_stdout(sys.stderr):  # standard output is ours: optimizers may print
         jobs = _jobs(_folder(out), _words(scenes), _words(optimizers), seeds, given, quick)
-        outcomes = _run(jobs, Path(out), workers or 1)
+        outcomes = _run(jobs, Path(out), workers or 1, dask)
     if as_json:
         click.echo(json.dumps([outcome.to_dict() for outcome in outcomes]))
     else:
@@ -99,12 +103,12 @@ def _jobs(
     return jobs
 
 
-def _run(jobs: Sequence[Job], folder: Path, workers: int) -> list[Outcome]:
+def _run(jobs: Sequence[Job], folder: Path, workers: int, dask: str | None) -> list[Outcome]:
     from springopt.benchmark import run_jobs
 
     with bar_over_runs() as progress:
         try:
-            return run_jobs(jobs, folder, workers=workers, progress=progress)
+            return run_jobs(jobs, folder, workers=workers, dask=dask, progress=progress)
         except KeyboardInterrupt:
             click.echo(f"What ended is in {folder}; the same command goes on.", err=True)
             raise
