@@ -8,6 +8,7 @@ and present, rounded, and then one spring flipped after the other as long as tha
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from typing import Any
@@ -34,6 +35,8 @@ SAMPLES = 101  # whose median is the start where there is no formula for one
 #: A proven zero is reached to this, in smallest rest lengths: what the tolerances of two forward solves leave.
 REACHED = 1e-6
 
+Progress = Callable[[int, int, float], None]  # descents done, of how many, lowest value
+
 _UNLIMITED = Budget(evaluations=10**12)
 
 
@@ -44,13 +47,14 @@ class _Found:
     evidence: dict[str, Any]
 
 
-def compute_floor(setup: Setup, *, starts: int = STARTS, seed: int = 0) -> Floor:
+def compute_floor(setup: Setup, *, starts: int = STARTS, seed: int = 0, progress: Progress | None = None) -> Floor:
     """The floor of a scene, not yet stored.
 
     Args:
         setup: the scene.
         starts: how many, at least 1.
         seed: of the starts' sampling.
+        progress: called after each descent.
     """
     if starts < 1:
         raise UserError(f"a floor needs at least 1 start, not {starts}; give another number.")
@@ -60,7 +64,8 @@ def compute_floor(setup: Setup, *, starts: int = STARTS, seed: int = 0) -> Floor
         return _floor(setup, zero, start, proof="the reference is in the encoding's set, and no misfit is negative")
     search = _search_bits if setup.encoding.kind == "binary" else _search_box
     with threadpool_limits(1, user_api="blas"):  # more threads round differently
-        found = search(setup, starts, np.random.default_rng(seed), None if start is None else start[0])
+        rng, first = np.random.default_rng(seed), None if start is None else start[0]
+        found = search(setup, starts, rng, first, progress or (lambda *_: None))
     return _floor(setup, found, start, evidence={"seed": seed})
 
 
@@ -86,7 +91,7 @@ def _floor(
         value=found.value if proof is None else 0.0,
         proof=proof,
         reached=found.value,
-        point=found.point.tolist(),
+        point=found.point.tolist() if proof is None else None,
         analytic=None if start is None else start[1],
         sampled=_sampled(setup) if start is None else None,
         evidence=found.evidence | (evidence or {}) | versions,
@@ -114,25 +119,35 @@ def _zero(setup: Setup) -> _Found | None:
     return _Found(point, value, {"method": "the reference's stiffness", "evaluations": 1})
 
 
-def _search_box(setup: Setup, starts: int, rng: np.random.Generator, first: Floats | None) -> _Found:
+def _search_box(
+    setup: Setup, starts: int, rng: np.random.Generator, first: Floats | None, progress: Progress
+) -> _Found:
     problem = Problem(setup.objective, setup.encoding, _UNLIMITED)
     given = [] if first is None else [first]
     points = [_start(problem, rng, given) for _ in range(starts)]
-    ends = [least_squares_optimum(problem, point) for point in points]
-    if setup.objective.minimize != "least-squares":
-        dimension = setup.lattice.dimension
-        further = [distance_optimum(problem, end, dimension) for end in _different(problem, ends)]
-        ends = [distance_optimum(problem, point, dimension) for point in points] + further
+    squares_alone = setup.objective.minimize == "least-squares"
+    total = starts if squares_alone else 2 * starts + 1
+    ends = [least_squares_optimum(problem, point) for point in _told(points, progress, problem, 0, total)]
+    if not squares_alone:
+        dimension, different = setup.lattice.dimension, _different(problem, ends)
+        total = 2 * starts + len(different)
+        again = _told([*points, *different], progress, problem, starts, total)
+        ends = [distance_optimum(problem, point, dimension) for point in again]
     return _found(problem, problem.evaluate(ends)[:starts], "descents on least squares and on the misfit itself")
 
 
-def _search_bits(setup: Setup, starts: int, rng: np.random.Generator, first: Floats | None) -> _Found:
+def _search_bits(
+    setup: Setup, starts: int, rng: np.random.Generator, first: Floats | None, progress: Progress
+) -> _Found:
     present = setup.encoding.decode(setup.encoding.upper)
     relaxed = Problem(setup.objective, Real(setup.lattice, lower=0.0, upper=present), _UNLIMITED)
-    ends = [least_squares_optimum(relaxed, _start(relaxed, rng, [])) for _ in range(starts)]
+    total = 2 * starts + 1
+    points = [_start(relaxed, rng, []) for _ in range(starts)]
+    ends = [least_squares_optimum(relaxed, point) for point in _told(points, progress, relaxed, 0, total)]
     problem = Problem(setup.objective, setup.encoding, _UNLIMITED)
     given = [np.ones(len(present))] if first is None else [first]
-    values = [_flip_down(problem, bits) for bits in [*((end > present / 2).astype(float) for end in ends), *given]]
+    rounded = [*((end > present / 2).astype(float) for end in ends), *given]
+    values = [_flip_down(problem, bits) for bits in _told(rounded, progress, problem, starts, total)]
     return _found(problem, np.array(values), "stiffness relaxed, rounded, then single springs flipped", relaxed)
 
 
@@ -147,6 +162,13 @@ def _found(problem: Problem, values: Floats, method: str, *others: Problem) -> _
         "evaluations": sum(each.meter.evaluations for each in (problem, *others)),
     }
     return _Found(problem.best_point, problem.best_value, evidence)
+
+
+def _told(points: Sequence[Floats], progress: Progress, problem: Problem, done: int, total: int) -> Iterator[Floats]:
+    """The points, each of which counts as done when the next one is asked for."""
+    for number, point in enumerate(points, start=done + 1):
+        yield point
+        progress(number, total, problem.best_value)
 
 
 def _different(problem: Problem, points: list[Floats]) -> list[Floats]:

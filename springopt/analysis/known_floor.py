@@ -30,7 +30,7 @@ class Floor:
     value: float
     proof: str | None  #: why no value is lower; None where it is only the best known
     reached: float  #: what the forward solve makes of the point, by its tolerance above a value of zero
-    point: list[float]
+    point: list[float] | None  #: None where it is the reference's stiffness, which the scene states
     analytic: float | None  #: value of the analytic start; None where there is none
     #: Median value of random samples; None where there is an analytic start.
     sampled: float | None = None

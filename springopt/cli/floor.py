@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
@@ -13,6 +15,7 @@ from springopt.cli.runs import read_run
 from springopt.errors import UserError
 
 if TYPE_CHECKING:
+    from springopt.analysis.floor import Progress
     from springopt.analysis.known_floor import Floor
     from springopt.scene import Scene
 
@@ -47,7 +50,8 @@ def command(scene: str, starts: int, seed: int, run: str | None, as_json: bool) 
 def _computed(scene: Scene, starts: int, seed: int) -> Floor:
     from springopt.analysis.floor import compute_floor
 
-    return compute_floor(scene.build(), starts=starts, seed=seed)
+    with _progress_bar() as progress:
+        return compute_floor(scene.build(), starts=starts, seed=seed, progress=progress)
 
 
 def _of_run(scene: Scene, path: str) -> Floor:
@@ -58,6 +62,22 @@ def _of_run(scene: Scene, path: str) -> Floor:
         raise UserError(f"{path} is a run on another scene, or on another state of {scene.name}; give one on this.")
     source = f"{run.method}, seed {run.seed}, {run.evaluations} evaluations"
     return floor_at(scene.build(), run.point, source)
+
+
+@contextmanager
+def _progress_bar() -> Iterator[Progress | None]:
+    """A bar over the descents on standard error, if that is a terminal."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield None
+        return
+    columns = (BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[lowest]}"), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("", total=None, lowest="getting ready")
+        yield lambda done, total, lowest: bar.update(task, completed=done, total=total, lowest=f"lowest {lowest:.6g}")
 
 
 def _print(floor: Floor) -> None:

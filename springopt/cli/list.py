@@ -21,13 +21,19 @@ if TYPE_CHECKING:
 @click.command("list", short_help=COMMANDS["list"])
 @click.argument("kind", type=click.Choice(["optimizers", "scenes"]))
 @click.argument("name", required=False)
+@click.option("--floors", is_flag=True, help="With each scene its unknowns, its start and the lowest value known.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of tables.")
-def command(kind: str, name: str | None, as_json: bool) -> None:
+def command(kind: str, name: str | None, floors: bool, as_json: bool) -> None:
     """List the optimizers or the scenes.
 
     With a NAME: one optimizer's options, one scene's text, or the scenes of one group.
     """
-    {"optimizers": _optimizers, "scenes": _scenes}[kind](name, as_json)
+    if kind == "scenes":
+        _scenes(name, floors, as_json)
+    elif floors:
+        raise UserError("--floors is of scenes, and optimizers have none; leave it out.")
+    else:
+        _optimizers(name, as_json)
 
 
 def _optimizers(name: str | None, as_json: bool) -> None:
@@ -78,7 +84,7 @@ def _optimizer(name: str, optimizer: type[Optimizer]) -> dict[str, Any]:
     }
 
 
-def _scenes(name: str | None, as_json: bool) -> None:
+def _scenes(name: str | None, floors: bool, as_json: bool) -> None:
     from springopt.scene.bundled import bundled_scenes, scene_file
 
     heads = bundled_scenes()
@@ -88,6 +94,8 @@ def _scenes(name: str | None, as_json: bool) -> None:
         click.echo(json.dumps(asdict(heads[name]) | {"text": text}) if as_json else text, nl=as_json)
         return
     entries = [asdict(head) for head in heads.values() if name in (None, head.group)]
+    if floors:
+        entries = [entry | _floor(entry["name"]) for entry in entries]
     if not entries:
         groups = list(dict.fromkeys(head.group for head in heads.values() if head.group))
         raise UserError(
@@ -97,6 +105,24 @@ def _scenes(name: str | None, as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps(entries))
         return
-    from springopt.report.tables import scenes_table
+    from springopt.report.tables import floors_table, scenes_table
 
-    print_table(scenes_table(entries))
+    print_table(floors_table(entries) if floors else scenes_table(entries))
+
+
+def _floor(name: str) -> dict[str, Any]:
+    """Unknowns, start and floor of a scene; None where none is stored for its present state."""
+    from springopt.analysis.known_floor import floor_file, read_floor
+    from springopt.scene import load_scene
+
+    scene, floor = load_scene(name), read_floor(floor_file(name))
+    unknowns = scene.encoding.build(scene.lattice.build()).size
+    if floor is None or floor.digest != scene.digest():
+        return {"unknowns": unknowns, "start": None, "floor": None, "proven": None, "evidence": None}
+    return {
+        "unknowns": unknowns,
+        "start": floor.start,
+        "floor": floor.value,
+        "proven": floor.proof is not None,
+        "evidence": floor.evidence,
+    }

@@ -188,6 +188,24 @@ def benchmark_tables(scenes: Sequence[str], rows: Mapping[str, Mapping[str, str]
         yield table
 
 
+def floors_table(entries: Sequence[Mapping[str, Any]]) -> Table:
+    """Name, unknowns, the value to begin with, the floor, and how sure it is."""
+    table = plain_table("Floors", ["name"], ["unknowns", "start", "floor"], ["how sure"])
+    for entry in entries:
+        floor = "-" if entry["floor"] is None else f"{entry['floor']:.9g}"
+        table.add_row(entry["name"], f"{entry['unknowns']:,}", _number(entry["start"]), floor, _sure(entry))
+    return table
+
+
+def _sure(entry: Mapping[str, Any]) -> str:
+    if entry["floor"] is None:
+        return "none is stored"
+    if entry["proven"]:
+        return "proven"
+    starts, agreed = entry["evidence"].get("starts"), entry["evidence"].get("agreed")
+    return f"best known; {agreed} of {starts} starts ended there" if starts else "best known"
+
+
 def _pair(nodes: Sequence[int]) -> str:
     return f"{nodes[0]} - {nodes[1]}"
 

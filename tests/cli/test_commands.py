@@ -170,6 +170,17 @@ def test_list_scenes_shows_titles_and_one_scene_s_text(springopt) -> None:
     assert everything[:10] == paper
 
 
+def test_list_scenes_tells_floors(springopt) -> None:
+    out = springopt("list", "scenes", "paper", "--floors").out
+    rows = {words[0]: words[1:] for words in map(str.split, out.splitlines()) if words}
+    assert rows["paper-fem-2d"][:3] == ["72", "0.1252", "0.106224089"]
+    assert rows["paper-fem-2d"][3:] == ["best", "known;", "20", "of", "20", "starts", "ended", "there"]
+    assert rows["paper-topology-3d"] == ["468", "3.084", "0", "proven"]
+    entry = json.loads(springopt("list", "scenes", "paper", "--floors", "--json").out)[0]
+    assert (entry["name"], entry["unknowns"], entry["proven"]) == ("paper-fem-2d", 72, False)
+    assert entry["evidence"]["agreed"] == 20
+
+
 def test_list_scenes_names_each_group_once(springopt) -> None:
     lines = [line.split() for line in springopt("list", "scenes").out.splitlines()]
     groups = [words[0] for words in lines if len(words) > 1 and words[0] in SCENE_GROUPS]
