@@ -76,6 +76,12 @@ def read(path: Path) -> RunFile:
         )
 
 
+def read_run(path: Path) -> tuple[Order, Run]:
+    """What a run was asked and what came of it, and nothing else of its file: for those who read thousands."""
+    with _open(path) as file:
+        return Order.from_json(file["order"].asstr()[()]), _read_run(file, path)
+
+
 def read_answers(path: Path) -> list[Answer]:
     """The answers of a run file, in order."""
     with _open(path) as file:

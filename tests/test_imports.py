@@ -32,6 +32,7 @@ LIBRARIES = {
     "rich": ["cli", "report"],
     "scipy": [
         "analysis",
+        "benchmark",
         "forward.multigrid",
         "forward.pattern",
         "forward.superlu",

@@ -1,0 +1,124 @@
+"""The comparison of optimizers that a referee would accept, from run files."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from springopt.benchmark.across_scenes import Ranking, rank
+from springopt.benchmark.complete_block import Block, complete_block
+from springopt.benchmark.method_summary import MethodSummary, summarize
+from springopt.benchmark.profiles import Curves, performance_profile, solved_over_budget
+from springopt.benchmark.record import UNITS, Record
+from springopt.benchmark.results import LeftOut, Refusal, Results, read_results
+from springopt.benchmark.scene_comparison import SceneComparison, compare_on_scene
+from springopt.benchmark.targets import clipped
+from springopt.benchmark.terms import grouped
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What runs of several optimizers say of them, by scene and over scenes."""
+
+    target: int  #: the summaries' target lies at 10 to the minus this of the way
+    methods: list[MethodSummary]
+    scenes: list[SceneComparison]
+    refusals: list[Refusal]
+    left_out: list[LeftOut]
+    block: Block  #: what the ranking is taken from
+    ranking: Ranking | None  #: None where fewer than two methods have a scene in common
+    solved_over_budget: list[Curves]  #: one for each unit
+    performance_profiles: list[Curves]  #: likewise
+    notes: list[str]  #: sentences that a reader must know
+
+    def to_json(self) -> str:
+        """All of it as one JSON document; numbers that are not finite are null."""
+        return json.dumps(_plain(asdict(self)), allow_nan=False)
+
+
+def compare(
+    paths: Iterable[str | Path], *, optimizers: Sequence[str] = (), scenes: Sequence[str] = (), target: int = 2
+) -> Comparison:
+    """Compares the runs in folders of results, or of single files.
+
+    Args:
+        paths: see `read_results`.
+        optimizers, scenes: those to compare; by default all.
+        target: of the summaries, one of `TARGETS`.
+    """
+    places = [Path(path) for path in paths]
+    results = read_results(places, optimizers=optimizers, scenes=scenes)
+    folders = [Path(), *(path if path.is_dir() else path.parent for path in places)]
+    compared = [compare_on_scene(records, folders) for _, records in grouped(results.records, "scene")]
+    block = _block(results)
+    ranking = _ranking(block, compared)
+    ways = {each.scene: each.way for each in compared}
+    return Comparison(
+        target=target,
+        methods=summarize(_order(results.methods, ranking), compared, target),
+        scenes=compared,
+        refusals=results.refusals,
+        left_out=results.left_out,
+        block=block,
+        ranking=ranking,
+        solved_over_budget=solved_over_budget(_by_scene_and_method(results.records), ways),
+        performance_profiles=_profiles(results.methods, compared),
+        notes=[*(note for each in compared for note in each.way.notes), *results.notes],
+    )
+
+
+def _order(methods: Sequence[str], ranking: Ranking | None) -> list[str]:
+    """The ranked methods first, the best before the others."""
+    ranked = list(ranking.mean_ranks) if ranking else []
+    return [*ranked, *(method for method in methods if method not in ranked)]
+
+
+def _by_scene_and_method(records: Sequence[Record]) -> dict[tuple[str, str], list[Record]]:
+    return {(scene, method): runs for (scene, method), runs in grouped(records, "scene", "method")}
+
+
+def _block(results: Results) -> Block:
+    served: dict[str, set[str]] = {method: set() for method in results.methods}
+    for record in results.records:
+        served[record.method].add(record.scene)
+    return complete_block(served, {(each.method, each.scene): each.word for each in results.refusals})
+
+
+def _ranking(block: Block, compared: Sequence[SceneComparison]) -> Ranking | None:
+    if len(block.methods) < 2:
+        return None
+    medians = {(scene.scene, each.method): each.gap.median for scene in compared for each in scene.methods}
+    gaps = np.array([[medians[scene, method] for method in block.methods] for scene in block.scenes])
+    return rank(block.methods, block.scenes, clipped(gaps))
+
+
+def _profiles(methods: Sequence[str], compared: Sequence[SceneComparison]) -> list[Curves]:
+    """Performance profiles over all scenes and targets."""
+    return [performance_profile(unit, _expected(unit, methods, compared), methods) for unit in UNITS]
+
+
+def _expected(unit: str, methods: Sequence[str], compared: Sequence[SceneComparison]) -> np.ndarray:
+    """Expected running times, a row for each scene and target, inf where there are none."""
+    rows = []
+    for scene in compared:
+        times = {
+            each.method: [target.running_times[unit].value for target in each.targets.values()]
+            for each in scene.methods
+        }
+        unsolved = [math.inf] * len(next(iter(times.values())))
+        rows += list(zip(*(times.get(method, unsolved) for method in methods), strict=True))
+    return np.array(rows)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,100 @@
+"""A method over all its scenes, in one line."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from springopt.benchmark.record import UNITS
+from springopt.benchmark.scene_comparison import MethodOnScene, SceneComparison
+
+
+@dataclass(frozen=True)
+class MethodSummary:
+    """What a method did over the scenes that it has runs on."""
+
+    method: str
+    scenes: int
+    runs: int
+    reached: int  #: scenes whose target at least one run reached
+    solvable: int  #: of its scenes, those whose target any method reached
+    success_rate: float  #: mean over its scenes of the share of runs that reached the target
+    #: Median over the solvable scenes of its expected running time over the best method's, by unit; inf where it
+    #: reached less than half of them, None without such scenes.
+    times_the_best: dict[str, float | None]
+    better: int  #: pairs of a scene and another method where its final values are lower, at 5 % after Holm's correction
+    even: int
+    worse: int
+    test_over_train: float | None  #: median over scenes of the median test error over the median training error
+    overhead_share: float  #: median over scenes of what is not forward solve, of the processor seconds
+    overhead_per_evaluation: float  #: the same in processor seconds for each evaluation
+
+
+def summarize(methods: Sequence[str], scenes: Sequence[SceneComparison], target: int) -> list[MethodSummary]:
+    """One summary for each method that has a run, for a target of 10 to the minus this."""
+    return [summary for method in methods if (summary := _summary(method, scenes, target))]
+
+
+def _summary(method: str, scenes: Sequence[SceneComparison], target: int) -> MethodSummary | None:
+    its = {scene.scene: each for scene in scenes for each in scene.methods if each.method == method}
+    if not its:
+        return None
+    solvable = [
+        scene
+        for scene in scenes
+        if scene.scene in its and any(each.targets[target].successes for each in scene.methods)
+    ]
+    better, even, worse = _outcomes(method, scenes)
+    each_per_evaluation = [each.cost.overhead_seconds / each.cost.evaluations for each in its.values()]
+    return MethodSummary(
+        method=method,
+        scenes=len(its),
+        runs=sum(each.runs for each in its.values()),
+        reached=sum(each.targets[target].successes > 0 for each in its.values()),
+        solvable=len(solvable),
+        success_rate=float(np.mean([each.targets[target].rate.value for each in its.values()])),
+        times_the_best={unit: _times_the_best(its, solvable, target, unit) for unit in UNITS},
+        better=better,
+        even=even,
+        worse=worse,
+        test_over_train=_median([_test_over_train(each) for each in its.values()]),
+        overhead_share=float(np.median([_overhead_share(each) for each in its.values()])),
+        overhead_per_evaluation=float(np.median(each_per_evaluation)),
+    )
+
+
+def _times_the_best(
+    its: Mapping[str, MethodOnScene], solvable: Sequence[SceneComparison], target: int, unit: str
+) -> float | None:
+    ratios = []
+    for scene in solvable:
+        best = min(each.targets[target].running_times[unit].value for each in scene.methods)
+        ratios.append(its[scene.scene].targets[target].running_times[unit].value / best)
+    return _median(ratios)
+
+
+def _outcomes(method: str, scenes: Sequence[SceneComparison]) -> tuple[int, int, int]:
+    """How many tests within scenes speak for a method, for neither, and against it."""
+    better = even = worse = 0
+    for pair in (pair for scene in scenes for pair in scene.pairs if method in (pair.first, pair.second)):
+        better += pair.ends_lower == method
+        even += pair.ends_lower is None
+        worse += pair.ends_lower not in (method, None)
+    return better, even, worse
+
+
+def _test_over_train(each: MethodOnScene) -> float | None:
+    if each.test_error is None or not each.train_error.median > 0:
+        return None
+    return each.test_error.median / each.train_error.median
+
+
+def _overhead_share(each: MethodOnScene) -> float:
+    return each.cost.overhead_seconds / each.cost.processor_seconds
+
+
+def _median(numbers: Sequence[float | None]) -> float | None:
+    known = [number for number in numbers if number is not None]
+    return float(np.median(known)) if known else None

@@ -1,0 +1,90 @@
+"""What counts as solved: targets on the way from a scene's start to its floor."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from springopt.analysis.known_floor import Floor, stored_floors
+from springopt.benchmark.record import Record
+from springopt.checks import Floats
+from springopt.scene.bundled import scene_file
+
+#: Targets, as negative powers of ten of the way from the start to the floor.
+TARGETS = (1, 2, 3, 4, 5, 6)
+
+#: Gaps up to the last target are no different: whoever is there has solved the scene, to the forward solve's tolerance.
+SOLVED = 10.0 ** -TARGETS[-1]
+
+
+@dataclass(frozen=True)
+class Way:
+    """From a scene's start, which needs no search, to the lowest value known of it."""
+
+    start: float
+    floor: float
+    proven: bool  #: whether no value can be lower
+    notes: tuple[str, ...] = ()  #: sentences, where start or floor are not the stored ones
+
+    def gap(self, value: float) -> float:
+        """The share of the way that is left: 0 at the floor, 1 at the start, more above it."""
+        return (value - self.floor) / self.length
+
+    def target(self, exponent: int) -> float:
+        """The value of a target; one that is not above it has solved it."""
+        return self.floor + 10.0**-exponent * self.length
+
+    @property
+    def length(self) -> float:
+        return self.start - self.floor if self.start > self.floor else 1.0
+
+
+def way_of(records: Sequence[Record], folders: Sequence[Path]) -> Way:
+    """Start and floor of the scene that all these records are of.
+
+    A floor that a run went below is replaced by that run's value, and a missing one by the lowest value of these runs.
+
+    Args:
+        folders: where floors of scenes may lie that are not bundled.
+    """
+    first, best = records[0], min(records, key=lambda record: record.value)
+    stored = next((each for each in stored_floors(first.scene, folders) if each.digest == first.digest), None)
+    start, notes = _start(records, stored)
+    floor, more = _floor(best, stored)
+    notes += more
+    if start <= floor:
+        notes.append(f"the start of {first.scene} is not above its floor: gaps there are differences of values.")
+    return Way(start, floor, stored is not None and stored.proof is not None, tuple(notes))
+
+
+def _start(records: Sequence[Record], stored: Floor | None) -> tuple[float, list[str]]:
+    """The stored start; where there is none, what the runs began with."""
+    if stored is not None and stored.start is not None:
+        return stored.start, []
+    first, scene = float(np.median([record.values[0] for record in records])), records[0].scene
+    return first, [f"no start of {scene} is stored: its place is taken by the median first value, {first:.6g}."]
+
+
+def _floor(best: Record, stored: Floor | None) -> tuple[float, list[str]]:
+    scene, name = best.scene, best.scene if scene_file(best.scene) else f"{best.scene}.toml"
+    if stored is None:
+        note = (
+            f"no floor of {scene} is stored: its place is taken by {best.value:.9g}, the lowest value of these runs "
+            f"({best.method}, seed {best.seed}); springopt floor {name} looks for one."
+        )
+    elif stored.is_beaten_by(best.value):
+        note = (
+            f"{best.method}, seed {best.seed}, went below the floor of {scene}, {stored.value:.9g}: the floor here is "
+            f"its {best.value:.9g}; springopt floor {name} --from {best.path} stores it."
+        )
+    else:
+        return min(stored.value, best.value), []
+    return best.value, [note]
+
+
+def clipped(gaps: Floats) -> Floats:
+    """Gaps as they are ranked and tested: what has solved the scene is equal."""
+    return np.maximum(gaps, SOLVED)

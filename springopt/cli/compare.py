@@ -1,0 +1,95 @@
+"""`springopt compare`: optimizers beside each other, from their runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING
+
+import click
+
+from springopt.cli.main import COMMANDS
+from springopt.cli.results import print_table
+
+if TYPE_CHECKING:
+    from springopt.benchmark.compare import Comparison
+
+
+@click.command("compare", short_help=COMMANDS["compare"])
+@click.argument("paths", metavar="FOLDER|RUNS...", nargs=-1, required=True)
+@click.option("--scenes", multiple=True, metavar="NAME,...", help="Which ones.  [default: all that have runs]")
+@click.option("--optimizers", multiple=True, metavar="NAME,...", help="Which ones.  [default: all that have runs]")
+@click.option("--scene", "shown", metavar="NAME", help="Show this scene in full instead of all in short.")
+@click.option(
+    "--target",
+    type=click.IntRange(1, 6),
+    default=2,
+    show_default=True,
+    help="K: running times to 1e-K of the way from the start to the floor.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print all of it as one JSON document.")
+def command(
+    paths: Sequence[str],
+    scenes: Sequence[str],
+    optimizers: Sequence[str],
+    shown: str | None,
+    target: int,
+    as_json: bool,
+) -> None:
+    """Compare optimizers by their runs: how close to the floor, how often, how fast, and how sure that is.
+
+    FOLDER is what `springopt benchmark` fills; single run files do as well. A gap is the share that is left of the way
+    from a scene's start, which needs no search, to its floor. Running times are counted in evaluations, forward solves
+    and processor seconds.
+    """
+    from springopt.benchmark.compare import compare
+
+    chosen = [shown] if shown else _names(scenes)
+    comparison = compare(paths, optimizers=_names(optimizers), scenes=chosen, target=target)
+    if as_json:
+        click.echo(comparison.to_json())
+    elif shown:
+        _print_scene(comparison)
+    else:
+        _print(comparison)
+
+
+def _names(given: Sequence[str]) -> list[str]:
+    """Names with commas between them, from an option that may be repeated."""
+    return [name.strip() for text in given for name in text.split(",") if name.strip()]
+
+
+def _print(comparison: Comparison) -> None:
+    from rich.console import Console
+
+    from springopt.report.comparison_tables import cost_table, gap_tables, ranking_table, running_time_table
+
+    document, console = asdict(comparison), Console()
+    for table in gap_tables(document, console.width if console.is_terminal else 160):
+        print_table(table)
+    print_table(running_time_table(document))
+    if comparison.ranking:
+        print_table(ranking_table(document))
+    print_table(cost_table(document))
+    _print_notes(comparison)
+
+
+def _print_scene(comparison: Comparison) -> None:
+    from springopt.report.comparison_tables import scene_tables
+
+    document = asdict(comparison)
+    for table in scene_tables(document["scenes"][0], comparison.target):
+        print_table(table)
+    for refusal in comparison.refusals:
+        click.echo(f"Not served: {refusal.sentence}")
+    _print_notes(comparison)
+
+
+def _print_notes(comparison: Comparison) -> None:
+    """What a reader must know, and what is missing."""
+    if not comparison.ranking:
+        click.echo("No ranks: no two optimizers have runs on a common scene.")
+    for note in comparison.notes:
+        click.echo(f"Note: {note}")
+    for run in comparison.left_out:
+        click.echo(f"Left out: {run.path} ({run.why.rstrip('.')})")

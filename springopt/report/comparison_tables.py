@@ -1,0 +1,288 @@
+"""Tables of a comparison of optimizers, for people.
+
+They take the comparison as a document: what `Comparison` has, as dictionaries and lists.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from rich.table import Table
+from rich.text import Text
+
+from springopt.report.tables import plain_table
+
+Document = Mapping[str, Any]
+
+SOLVED = 1e-6  # the last target: gaps up to there are shown, ranked and tested as equal
+UNITS = {"evaluations": "evaluations", "solves": "solves", "processor_seconds": "processor seconds"}
+
+
+def gap_tables(comparison: Document, width: int) -> list[Table]:
+    """The median gap of each method on each scene, or why there is none; as many columns a table as the width holds.
+
+    The longer of the two lists makes the rows.
+    """
+    methods = [each["method"] for each in comparison["methods"]]
+    methods += sorted({each["method"] for each in comparison["refusals"]} - set(methods))
+    scenes = [each["scene"] for each in comparison["scenes"]]
+    cells = _gap_cells(comparison)
+    if len(scenes) > len(methods):
+        grid = [[cells.get((scene, method), Text("-")) for method in methods] for scene in scenes]
+        tables = _split("scene", scenes, methods, grid, width)
+    else:
+        grid = [[cells.get((scene, method), Text("-")) for scene in scenes] for method in methods]
+        tables = _split("optimizer", methods, scenes, grid, width)
+    tables[-1].caption = (
+        "Median gap over the runs: the share of the way from the start to the floor that is left. "
+        "solved: at most 1e-6; bold: the lowest on the scene; a word: why the optimizer can't serve the scene; "
+        "=: all runs, whatever their seeds, are the same."
+    )
+    tables[-1].caption_justify = "left"
+    return tables
+
+
+def running_time_table(comparison: Document) -> Table:
+    """How often and how fast each method reached the target, over its scenes."""
+    target = comparison["target"]
+    table = plain_table(
+        f"Expected running time to {_power(target)} of the way, times the best",
+        ["optimizer"],
+        ["reached", "success", *UNITS.values()],
+    )
+    for each in comparison["methods"]:
+        ratios = [_ratio(each["times_the_best"][unit]) for unit in UNITS]
+        counts = f"{each['reached']} of {each['scenes']}", f"{each['success_rate']:.0%}"
+        table.add_row(each["method"], *counts, *ratios)
+    return _captioned(
+        table,
+        "reached: scenes where at least one run got there; success: share of the runs that did, mean over scenes; "
+        "times the best: over the expected running time of the fastest optimizer, median over those of its scenes "
+        "where any got there; never: on less than half of them.",
+    )
+
+
+def ranking_table(comparison: Document) -> Table:
+    """Mean ranks over the scenes that all ranked methods serve, with the tests over and within scenes."""
+    ranking = comparison["ranking"]
+    table = plain_table(
+        f"Ranks over {len(ranking['scenes'])} scenes",
+        ["optimizer"],
+        ["mean rank", "from the best", "p", "effect", "better", "even", "worse"],
+    )
+    best, *_ = ranking["mean_ranks"]
+    against = {pair["second"]: pair for pair in ranking["pairs"] if pair["first"] == best}
+    within = {each["method"]: each for each in comparison["methods"]}
+    for method, rank in ranking["mean_ranks"].items():
+        pair, summary = against.get(method), within[method]
+        tests = (_p(pair["p_holm"]), f"{-pair['rank_biserial']:+.2f}") if pair else ("", "")
+        difference = f"+{rank - ranking['mean_ranks'][best]:.2f}" if pair else ""
+        counts = (str(summary[name]) for name in ("better", "even", "worse"))
+        table.add_row(method, f"{rank:.2f}", difference, *tests, *counts)
+    return _captioned(table, " ".join(_ranking_sentences(ranking, comparison["block"])))
+
+
+def cost_table(comparison: Document) -> Table:
+    """Held-out error beside the training error, and what is not forward solve."""
+    table = plain_table(
+        "Test error and overhead",
+        ["optimizer"],
+        ["runs", "test over training error", "overhead", "for each evaluation"],
+    )
+    for each in comparison["methods"]:
+        ratio = "-" if each["test_over_train"] is None else f"{each['test_over_train']:.3g}"
+        overhead = f"{each['overhead_share']:.0%}", _seconds(each["overhead_per_evaluation"])
+        table.add_row(each["method"], f"{each['runs']}", ratio, *overhead)
+    return _captioned(
+        table,
+        "errors: mean distance of the nodes over the smallest rest length, mean over the load cases; overhead: "
+        "processor time outside forward solves and derivatives. Medians over scenes.",
+    )
+
+
+def scene_tables(scene: Document, target: int) -> list[Table]:
+    """One scene in full: values, running times, errors and tests."""
+    return [_values_table(scene), _times_table(scene, target), _errors_table(scene), _pairs_table(scene)]
+
+
+def _gap_cells(comparison: Document) -> dict[tuple[str, str], Text]:
+    """(scene, method) -> the median gap, or the word of the refusal."""
+    cells = {(each["scene"], each["method"]): Text(each["word"], "dim") for each in comparison["refusals"]}
+    for scene in comparison["scenes"]:
+        lowest = max(min(each["gap"]["median"] for each in scene["methods"]), SOLVED)
+        for each in scene["methods"]:
+            gap = each["gap"]["median"]
+            text = _gap(gap) + ("=" if each["deterministic"] else "")
+            cells[scene["scene"], each["method"]] = Text(text, "bold" if gap <= lowest else "")
+    return cells
+
+
+def _split(what: str, rows: Sequence[str], columns: Sequence[str], grid: list[list[Text]], width: int) -> list[Table]:
+    """Tables side by side in one: as many columns in each as fit."""
+    headings = [_folded(name) for name in columns]
+    first = max(len(what), *map(len, rows)) + 2
+    widths = [
+        max([len(line) for line in heading.split("\n")] + [len(row[i]) for row in grid]) + 2
+        for i, heading in enumerate(headings)
+    ]
+    tables: list[Table] = []
+    begin = 0
+    while begin < len(columns):
+        end, used = begin + 1, first + widths[begin]
+        while end < len(columns) and used + widths[end] <= width:
+            used, end = used + widths[end], end + 1
+        table = plain_table("" if tables else "Median gap to the floor", [what], headings[begin:end])
+        for name, row in zip(rows, grid, strict=True):
+            table.add_row(name, *row[begin:end])
+        tables.append(table)
+        begin = end
+    return tables
+
+
+def _folded(name: str) -> str:
+    """A heading in lines of at most some ten characters, broken at hyphens and blanks."""
+    lines = [""]
+    for part in name.replace("-", "-\0").replace(" ", " \0").split("\0"):
+        if lines[-1] and len(lines[-1]) + len(part.strip()) > 10:
+            lines.append("")
+        lines[-1] += part
+    return "\n".join(line.strip() for line in lines)
+
+
+def _values_table(scene: Document) -> Table:
+    table = plain_table(
+        f"{scene['scene']}: final values ({scene['minimize']})",
+        ["optimizer"],
+        ["runs", "median", "quartiles", "gap", "quartiles of the gap", "evaluations"],
+        ["stopped by"],
+    )
+    for each in scene["methods"]:
+        value, gap = each["value"], each["gap"]
+        runs = f"{each['runs']}, all the same" if each["deterministic"] else f"{each['runs']}"
+        stopped = ", ".join(f"{why} ({count})" for why, count in each["stopped"].items())
+        table.add_row(
+            each["method"],
+            runs,
+            f"{value['median']:.6g}",
+            f"{value['lower_quartile']:.5g} to {value['upper_quartile']:.5g}",
+            _gap(gap["median"]),
+            f"{_gap(gap['lower_quartile'])} to {_gap(gap['upper_quartile'])}",
+            f"{each['cost']['evaluations']:,.0f}",
+            stopped,
+        )
+    way = scene["way"]
+    sure = "proven" if way["proven"] else "best known"
+    return _captioned(table, f"start {way['start']:.6g}; floor {way['floor']:.9g} ({sure}).")
+
+
+def _times_table(scene: Document, target: int) -> Table:
+    table = plain_table(
+        f"{scene['scene']}: expected running time to {_power(target)} of the way",
+        ["optimizer"],
+        ["reached", *UNITS.values()],
+    )
+    for each in scene["methods"]:
+        reached = each["targets"][target]
+        times = (_estimate(reached["running_times"][unit]) for unit in UNITS)
+        table.add_row(each["method"], f"{reached['successes']} of {each['runs']}", *times)
+    return _captioned(
+        table, "with 95 % bootstrap intervals over the runs; unsuccessful runs count with what they spent."
+    )
+
+
+def _errors_table(scene: Document) -> Table:
+    table = plain_table(
+        f"{scene['scene']}: errors and cost, medians",
+        ["optimizer"],
+        ["training error", "test error", "processor seconds", "in solves", "overhead"],
+    )
+    for each in scene["methods"]:
+        cost, test = each["cost"], each["test_error"]
+        seconds = (cost[f"{name}_seconds"] for name in ("processor", "solving", "overhead"))
+        errors = f"{each['train_error']['median']:.4g}", "-" if test is None else f"{test['median']:.4g}"
+        table.add_row(each["method"], *errors, *map(_seconds, seconds))
+    return table
+
+
+def _pairs_table(scene: Document) -> Table:
+    table = plain_table(
+        f"{scene['scene']}: which runs end lower",
+        ["optimizer", "beside"],
+        ["probability of lower", "p", "p (Holm)"],
+        ["ends lower", "test"],
+    )
+    for pair in scene["pairs"]:
+        table.add_row(
+            pair["first"],
+            pair["second"],
+            _estimate(pair["lower"]),
+            _p(pair["p"]),
+            _p(pair["p_holm"]),
+            pair["ends_lower"] or "-",
+            pair["test"],
+        )
+    return table
+
+
+def _ranking_sentences(ranking: Document, block: Document) -> list[str]:
+    friedman = ranking["friedman"]
+    sentences = [f"Critical difference of mean ranks {ranking['critical_difference']:.2f} (Nemenyi, 5 %)."]
+    if friedman:
+        sentences.append(
+            f"Friedman: chi-square {friedman['chi_square']:.2f}, p {_p(friedman['p'])}; Iman and Davenport: "
+            f"F {friedman['f']:.2f}, p {_p(friedman['p_f'])}; Kendall's W {friedman['kendall_w']:.2f}."
+        )
+    sentences.append(
+        "p: Wilcoxon's test of scene medians against the first, with Holm's correction for all pairs; effect: "
+        "matched-pairs rank-biserial correlation, -1 where it is behind on every scene. better, even, worse: tests of "
+        "final values within scenes, against each other optimizer."
+    )
+    for kind in ("methods", "scenes"):
+        sentences += [f"Without {name}: {why}." for name, why in block[f"{kind}_left_out"].items()]
+    return sentences
+
+
+def _captioned(table: Table, caption: str) -> Table:
+    table.caption, table.caption_justify = caption, "left"
+    return table
+
+
+def _power(exponent: int) -> str:
+    return f"1e-{exponent}"
+
+
+def _gap(gap: float) -> str:
+    if gap <= SOLVED:
+        return "solved"
+    return f"{gap:.2g}" if 0.001 <= gap < 1000 else f"{gap:.1e}"
+
+
+def _ratio(ratio: float | None) -> str:
+    if ratio is None:
+        return "-"
+    return "never" if math.isinf(ratio) else f"{ratio:,.3g}" if ratio < 1000 else f"{ratio:,.0f}"
+
+
+def _estimate(estimate: Document) -> str:
+    if math.isinf(estimate["value"]):
+        return "never"
+    value, low, high = (_short(estimate[name]) for name in ("value", "low", "high"))
+    return value if low == high else f"{value} ({low} to {high})"
+
+
+def _short(number: float) -> str:
+    if math.isinf(number):
+        return "inf"
+    return f"{number:,.0f}" if number >= 1000 else f"{number:.3g}"
+
+
+def _p(p: float | None) -> str:
+    if p is None:
+        return "-"
+    return f"{p:.1e}" if p < 0.001 else f"{p:.3f}"
+
+
+def _seconds(seconds: float) -> str:
+    return f"{1e3 * seconds:.3g} ms" if seconds < 1 else f"{seconds:.3g} s"

@@ -1,0 +1,61 @@
+"""`springopt compare`, as people call it."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from springopt.random_search import RandomSearch
+from springopt.runner import solve
+
+SCENES = ("paper-fem-2d-4", "paper-fem-2d-two-class")
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two sizes of batches on two scenes, and an optimizer that serves neither."""
+    folder = tmp_path_factory.mktemp("study")
+    for scene in SCENES:
+        for label, batch in {"wide": 16, "narrow": 2}.items():
+            (folder / scene / label).mkdir(parents=True)
+            for seed in range(3):
+                out = folder / scene / label / f"seed{seed}.h5"
+                solve(scene, RandomSearch(batch=batch), seed=seed, evaluations=32, out=out)
+        refused = folder / scene / "stubborn" / "refused.json"
+        refused.parent.mkdir()
+        refused.write_text('{"word": "binary", "sentence": "stubborn needs bits; choose another optimizer."}')
+    return folder
+
+
+def test_it_prints_gaps_running_times_ranks_and_overhead(springopt, results: Path) -> None:
+    done = springopt("compare", str(results))
+    assert done.code == 0
+    for title in ("Median gap to the floor", "Expected running time to 1e-2", "Ranks over 2 scenes", "overhead"):
+        assert title in done.out
+    (line,) = [line for line in done.out.splitlines() if line.startswith(" stubborn") or line.startswith("stubborn")]
+    assert line.split() == ["stubborn", "binary", "binary"]
+    assert "Without stubborn: not on paper-fem-2d-4, paper-fem-2d-two-class (binary)." in " ".join(done.out.split())
+
+
+def test_one_scene_is_shown_in_full(springopt, results: Path) -> None:
+    done = springopt("compare", str(results), "--scene", SCENES[0], "--target", "1")
+    assert done.code == 0
+    assert f"{SCENES[0]}: expected running time to 1e-1 of the way" in done.out
+    assert f"{SCENES[0]}: which runs end lower" in done.out
+    assert "Not served: stubborn needs bits" in done.out
+    assert SCENES[1] not in done.out
+
+
+def test_names_come_with_commas_or_repeated(springopt, results: Path) -> None:
+    for arguments in (["--optimizers", "wide,narrow"], ["--optimizers", "wide", "--optimizers", "narrow"]):
+        document = json.loads(springopt("compare", str(results), *arguments, "--json").out)
+        assert {each["method"] for each in document["methods"]} == {"wide", "narrow"}
+        assert not document["refusals"]
+
+
+def test_a_mistake_is_one_sentence(springopt, results: Path) -> None:
+    done = springopt("compare", str(results), "--scenes", "paper-fem")
+    assert done.code == 2
+    assert "these results have no scene 'paper-fem'" in done.err
+    assert springopt("compare", "nowhere").code == 2
+    assert springopt("compare").code == 2

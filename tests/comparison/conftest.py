@@ -1,0 +1,97 @@
+"""Runs for comparing: made by hand, or by random search on a small scene."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from springopt.benchmark.record import Record
+from springopt.random_search import RandomSearch
+from springopt.runner import solve
+from springopt.scene import Scene, load_scene
+
+NINE = """
+title = "Nine nodes, two load cases"
+[lattice]
+grid = [3, 3]
+[reference]
+kind = "spring"
+stiffness = 5.0
+[encoding]
+kind = "real"
+lower = 0.0
+upper = 10.0
+threshold = 0.5
+[objective]
+minimize = "least-squares"
+[load_cases]
+train = [
+  { name = "pull", hold = "left", push = { on = "right", force = [0.3, 0.0] } },
+  { name = "shear", hold = "left", push = { on = "right", force = [0.0, 0.1] } },
+]
+test = [{ name = "press", hold = "bottom", push = { on = "top", force = [0.0, -0.2] } }]
+"""
+
+
+@pytest.fixture
+def record() -> Callable[..., Record]:
+    """A run made by hand: (evaluations, value) of its improvements; two solves and a second for each evaluation."""
+
+    def make(improvements: Sequence[tuple[int, float]], total: int = 100, **changes: Any) -> Record:
+        counts, values = np.array(improvements, dtype=float).T
+        facts: dict[str, Any] = {
+            "path": Path("run.h5"),
+            "scene": "by hand",
+            "digest": "1",
+            "minimize": "distance",
+            "method": "a",
+            "optimizer": "a",
+            "seed": 0,
+            "options": {},
+            "start": None,
+            "budget": {"evaluations": 100},
+            "processor": "one",
+            "values": values,
+            "spent": {"evaluations": counts, "solves": 2 * counts, "processor_seconds": counts},
+            "total": {"evaluations": total, "solves": 2 * total, "processor_seconds": total},
+            "solving_seconds": 0.75 * total,
+            "train_error": 0.1,
+            "test_error": 0.2,
+            "why_stopped": "budget",
+        }
+        return Record(**facts | changes)
+
+    return make
+
+
+@pytest.fixture
+def nine(tmp_path: Path) -> Scene:
+    (tmp_path / "nine.toml").write_text(NINE)
+    return load_scene(tmp_path / "nine.toml")
+
+
+@pytest.fixture
+def add_run(nine: Scene, tmp_path: Path) -> Callable[..., Path]:
+    """Adds a run to the folder of results."""
+
+    def add(label: str, batch: int, seed: int, evaluations: int = 16) -> Path:
+        out = tmp_path / "results" / nine.name / label / f"seed{seed}.h5"
+        out.parent.mkdir(parents=True, exist_ok=True)
+        solve(nine, RandomSearch(batch=batch), seed=seed, evaluations=evaluations, out=out)
+        return out
+
+    return add
+
+
+@pytest.fixture
+def folder(add_run: Callable[..., Path], tmp_path: Path) -> Path:
+    """Results of two methods on one scene, three seeds each; a third is refused there."""
+    for label, batch in {"wide": 8, "narrow": 2}.items():
+        for seed in range(3):
+            add_run(label, batch, seed)
+    refused = tmp_path / "results" / "nine" / "stubborn" / "refused.json"
+    refused.parent.mkdir()
+    refused.write_text('{"word": "bits", "sentence": "stubborn needs bits; choose another optimizer."}')
+    return tmp_path / "results"

@@ -1,0 +1,137 @@
+"""Which runs are compared, under which names, and what is said of the others."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from springopt.benchmark.record import Record, mean_error
+from springopt.benchmark.results import read_results
+from springopt.benchmark.terms import on_equal_terms
+from springopt.errors import UserError
+from springopt.runner import solve
+from springopt.scene import Scene
+from springopt.store import read
+
+MakeRecord = Callable[..., Record]
+
+
+def test_a_folder_s_runs_go_by_its_labels(folder: Path) -> None:
+    results = read_results([folder])
+    assert [(each.scene, each.method, each.seed) for each in results.records] == [
+        ("nine", label, seed) for label in ("narrow", "wide") for seed in range(3)
+    ]
+    (refusal,) = results.refusals
+    assert (refusal.scene, refusal.method, refusal.word) == ("nine", "stubborn", "bits")
+    assert results.methods == ["narrow", "stubborn", "wide"]
+
+
+def test_a_record_is_what_the_run_file_says(folder: Path) -> None:
+    path = folder / "nine" / "wide" / "seed1.h5"
+    run = read(path).run
+    record = next(each for each in read_results([folder]).records if each.method == "wide" and each.seed == 1)
+    assert record.value == run.objective
+    assert record.total == {"evaluations": 16, "solves": 32, "processor_seconds": run.processor_seconds}
+    assert record.time_to(run.objective, "evaluations") == run.history[-1].evaluations
+    assert record.time_to(run.objective, "solves") == run.history[-1].solves
+    assert record.train_error == pytest.approx(np.mean([error["relative_distance"] for error in run.errors[:2]]))
+    assert record.test_error == run.errors[2]["relative_distance"]
+    assert record.minimize == "least-squares"
+
+
+def test_files_and_folders_may_be_mixed_and_no_run_counts_twice(folder: Path) -> None:
+    run = folder / "nine" / "wide" / "seed1.h5"
+    assert len(read_results([run, folder, folder / "nine"]).records) == 6
+
+
+def test_a_run_outside_a_folder_of_results_goes_by_its_optimizer(nine: Scene, tmp_path: Path) -> None:
+    solve(nine, "random-search", evaluations=4, out=tmp_path / "mine.h5")
+    (record,) = read_results([tmp_path / "mine.h5"]).records
+    assert record.method == "random-search"
+
+
+def test_what_is_not_compared_is_named(folder: Path) -> None:
+    place = folder / "nine" / "wide"
+    (place / "seed3.failed.json").write_text('{"sentence": "the optimizer divided by zero."}')
+    (place / "seed4.h5.journal").write_bytes(b"")
+    (place / "seed5.h5").write_bytes(b"no run")
+    left_out = {Path(each.path).name: each.why for each in read_results([folder]).left_out}
+    assert "divided by zero" in left_out["seed3.failed.json"]
+    assert "--resume" in left_out["seed4.h5.journal"]
+    assert "no run file" in left_out["seed5.h5"]
+
+
+def test_only_what_is_named_is_compared(folder: Path) -> None:
+    results = read_results([folder], optimizers=["wide"])
+    assert {each.method for each in results.records} == {"wide"}
+    assert not results.refusals
+
+
+@pytest.mark.parametrize(
+    ("chosen", "sentence"),
+    [
+        ({"optimizers": ["wyde"]}, "no optimizer 'wyde'.*Did you mean 'wide'"),
+        ({"scenes": ["ten"]}, "no scene 'ten'"),
+        ({"optimizers": ["stubborn"]}, "none of these optimizers has a run"),
+    ],
+)
+def test_a_choice_that_nothing_has_is_a_mistake(folder: Path, chosen: dict[str, list[str]], sentence: str) -> None:
+    with pytest.raises(UserError, match=sentence):
+        read_results([folder], **chosen)
+
+
+def test_nothing_there_is_a_mistake(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="nothing at"):
+        read_results([tmp_path / "nowhere"])
+    with pytest.raises(UserError, match="no complete run"):
+        read_results([tmp_path])
+
+
+def test_options_that_differ_under_one_name_are_kept_apart(folder: Path, add_run: Callable[..., Path]) -> None:
+    add_run("wide", 4, seed=7)
+    results = read_results([folder], optimizers=["wide"])
+    assert results.methods == ["wide (batch=4)", "wide (batch=8)"]
+    assert "differ in batch" in results.notes[0]
+
+
+def test_budgets_that_differ_under_one_name_are_kept_apart(folder: Path, add_run: Callable[..., Path]) -> None:
+    add_run("wide", 8, seed=7, evaluations=24)
+    results = read_results([folder])
+    assert "wide (budget of evaluations=24)" in results.methods
+    assert any("different budgets (16 evaluations; 24 evaluations)" in note for note in results.notes)
+
+
+def test_two_states_of_a_scene_are_refused(record: MakeRecord) -> None:
+    with pytest.raises(UserError, match="two states of a scene"):
+        on_equal_terms([record([(1, 1.0)]), record([(1, 1.0)], digest="2", seed=1)])
+
+
+def test_the_same_run_twice_is_refused(record: MakeRecord) -> None:
+    with pytest.raises(UserError, match=r"one\.h5 and two\.h5 are the same run"):
+        on_equal_terms([record([(1, 1.0)], path=Path("one.h5")), record([(1, 1.0)], path=Path("two.h5"))])
+
+
+def test_seconds_of_different_processors_are_not_compared_silently(record: MakeRecord) -> None:
+    _, notes = on_equal_terms([record([(1, 1.0)]), record([(1, 1.0)], processor="two", seed=1)])
+    assert "2 types of processor" in notes[0]
+
+
+def test_the_time_to_a_value_is_that_of_the_first_improvement_at_or_below_it(record: MakeRecord) -> None:
+    run = record([(1, 4.0), (10, 2.0), (30, 1.0)])
+    assert [run.time_to(value, "evaluations") for value in (5, 4, 3, 2, 1, 0.5)] == [1, 1, 10, 10, 30, np.inf]
+    assert run.time_to(2, "solves") == 20
+
+
+def test_runs_are_alike_where_every_improvement_is_the_same(record: MakeRecord) -> None:
+    first = record([(1, 4.0), (10, 2.0)])
+    assert first.is_like(record([(1, 4.0), (10, 2.0)], seed=1))
+    assert not first.is_like(record([(1, 4.0), (11, 2.0)], seed=1))
+    assert not first.is_like(record([(1, 4.0), (10, 2.0)], total=101, seed=1))
+
+
+def test_an_error_without_equilibrium_is_infinite_and_without_load_cases_there_is_none() -> None:
+    errors = [{"role": "train", "relative_distance": 0.1}, {"role": "train", "relative_distance": 0.3}]
+    assert mean_error(errors, "train") == pytest.approx(0.2)
+    assert mean_error(errors, "test") is None
+    assert mean_error([{"role": "test", "relative_distance": np.nan}], "test") == np.inf
