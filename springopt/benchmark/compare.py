@@ -13,10 +13,11 @@ import numpy as np
 
 from springopt.benchmark.across_scenes import Ranking, rank
 from springopt.benchmark.complete_block import Block, complete_block
+from springopt.benchmark.least_p import too_few
 from springopt.benchmark.method_summary import MethodSummary, summarize
 from springopt.benchmark.profiles import Curves, performance_profile, solved_over_budget
 from springopt.benchmark.record import UNITS, Record
-from springopt.benchmark.results import LeftOut, Refusal, Results, read_results
+from springopt.benchmark.results import LeftOut, Progress, Refusal, Results, read_results
 from springopt.benchmark.scene_comparison import SceneComparison, compare_on_scene
 from springopt.benchmark.targets import clipped
 from springopt.benchmark.terms import grouped
@@ -32,7 +33,7 @@ class Comparison:
     refusals: list[Refusal]
     left_out: list[LeftOut]
     block: Block  #: what the ranking is taken from
-    ranking: Ranking | None  #: None where fewer than two methods have a scene in common
+    ranking: Ranking | None  #: None where no two methods have two scenes in common
     solved_over_budget: list[Curves]  #: one for each unit
     performance_profiles: list[Curves]  #: likewise
     notes: list[str]  #: sentences that a reader must know
@@ -43,17 +44,23 @@ class Comparison:
 
 
 def compare(
-    paths: Iterable[str | Path], *, optimizers: Sequence[str] = (), scenes: Sequence[str] = (), target: int = 2
+    paths: Iterable[str | Path],
+    *,
+    optimizers: Sequence[str] = (),
+    scenes: Sequence[str] = (),
+    target: int = 2,
+    progress: Progress | None = None,
 ) -> Comparison:
     """Compares the runs in folders of results, or of single files.
 
     Args:
         paths: see `read_results`.
-        optimizers, scenes: those to compare; by default all.
+        optimizers, scenes: those to compare, see `read_results`; by default all.
         target: of the summaries, one of `TARGETS`.
+        progress: called for each run that was read, with how many were and how many there are.
     """
     places = [Path(path) for path in paths]
-    results = read_results(places, optimizers=optimizers, scenes=scenes)
+    results = read_results(places, optimizers=optimizers, scenes=scenes, progress=progress)
     folders = [Path(), *(path if path.is_dir() else path.parent for path in places)]
     compared = [compare_on_scene(records, folders) for _, records in grouped(results.records, "scene")]
     block = _block(results)
@@ -61,7 +68,7 @@ def compare(
     ways = {each.scene: each.way for each in compared}
     return Comparison(
         target=target,
-        methods=summarize(_order(results.methods, ranking), compared, target),
+        methods=summarize(_order(compared, ranking), compared, target),
         scenes=compared,
         refusals=results.refusals,
         left_out=results.left_out,
@@ -69,14 +76,27 @@ def compare(
         ranking=ranking,
         solved_over_budget=solved_over_budget(_by_scene_and_method(results.records), ways),
         performance_profiles=_profiles(results.methods, compared),
-        notes=[*(note for each in compared for note in each.way.notes), *results.notes],
+        notes=[
+            *(note for each in compared for note in each.way.notes),
+            *results.notes,
+            *_unequal_counts(compared),
+            *too_few(compared, ranking),
+        ],
     )
 
 
-def _order(methods: Sequence[str], ranking: Ranking | None) -> list[str]:
-    """The ranked methods first, the best before the others."""
+def _unequal_counts(compared: Sequence[SceneComparison]) -> list[str]:
+    """A sentence where some methods have fewer runs than others."""
+    counts = {each.runs for scene in compared for each in scene.methods}
+    if len(counts) == 1:
+        return []
+    return [f"an optimizer has {min(counts)} to {max(counts)} runs on a scene: where there are few, less is sure."]
+
+
+def _order(compared: Sequence[SceneComparison], ranking: Ranking | None) -> list[str]:
+    """The ranked methods first, the best before the others; then as they come on the scenes."""
     ranked = list(ranking.mean_ranks) if ranking else []
-    return [*ranked, *(method for method in methods if method not in ranked)]
+    return list(dict.fromkeys([*ranked, *(each.method for scene in compared for each in scene.methods)]))
 
 
 def _by_scene_and_method(records: Sequence[Record]) -> dict[tuple[str, str], list[Record]]:
@@ -91,7 +111,7 @@ def _block(results: Results) -> Block:
 
 
 def _ranking(block: Block, compared: Sequence[SceneComparison]) -> Ranking | None:
-    if len(block.methods) < 2:
+    if len(block.methods) < 2 or len(block.scenes) < 2:
         return None
     medians = {(scene.scene, each.method): each.gap.median for scene in compared for each in scene.methods}
     gaps = np.array([[medians[scene, method] for method in block.methods] for scene in block.scenes])

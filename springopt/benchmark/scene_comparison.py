@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from springopt.benchmark.course import Course, course_of
 from springopt.benchmark.record import UNITS, Record
 from springopt.benchmark.running_time import Estimate, running_time, success_rate
 from springopt.benchmark.targets import TARGETS, Way, clipped, way_of
@@ -62,6 +63,7 @@ class MethodOnScene:
     test_error: Spread | None  #: the same of held-out load cases; None where there are none
     cost: Cost
     stopped: dict[str, int]  #: by what, how many runs
+    course: Course
 
 
 @dataclass(frozen=True)
@@ -111,6 +113,7 @@ def summary(records: Sequence[Record], way: Way) -> MethodOnScene:
         test_error=_spread(np.array(tests)) if tests else None,
         cost=_cost(records),
         stopped=dict(Counter(record.why_stopped for record in records)),
+        course=course_of(records, way),
     )
 
 

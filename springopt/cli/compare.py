@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from springopt.cli.main import COMMANDS
+from springopt.cli.outputs import TABLE_ENDINGS, require_new, require_new_folder
 from springopt.cli.results import print_table
 
 if TYPE_CHECKING:
     from springopt.benchmark.compare import Comparison
 
+LEFT_OUT_SHOWN = 10
+
 
 @click.command("compare", short_help=COMMANDS["compare"])
 @click.argument("paths", metavar="FOLDER|RUNS...", nargs=-1, required=True)
-@click.option("--scenes", multiple=True, metavar="NAME,...", help="Which ones.  [default: all that have runs]")
+@click.option(
+    "--scenes", multiple=True, metavar="NAME,...", help="Scenes, or groups of them.  [default: all that have runs]"
+)
 @click.option("--optimizers", multiple=True, metavar="NAME,...", help="Which ones.  [default: all that have runs]")
 @click.option("--scene", "shown", metavar="NAME", help="Show this scene in full instead of all in short.")
 @click.option(
@@ -27,6 +34,10 @@ if TYPE_CHECKING:
     show_default=True,
     help="K: running times to 1e-K of the way from the start to the floor.",
 )
+@click.option("--csv", metavar="FILE.csv", help="Write every number as a row of one table.")
+@click.option(
+    "--figures", metavar="FOLDER", help="Draw it: budgets, profiles, running times, ranks, each scene's course."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print all of it as one JSON document.")
 def command(
     paths: Sequence[str],
@@ -34,6 +45,8 @@ def command(
     optimizers: Sequence[str],
     shown: str | None,
     target: int,
+    csv: str | None,
+    figures: str | None,
     as_json: bool,
 ) -> None:
     """Compare optimizers by their runs: how close to the floor, how often, how fast, and how sure that is.
@@ -42,10 +55,17 @@ def command(
     from a scene's start, which needs no search, to its floor. Running times are counted in evaluations, forward solves
     and processor seconds.
     """
+    table = None if csv is None else require_new(csv, TABLE_ENDINGS)
+    folder = None if figures is None else require_new_folder(figures)
     from springopt.benchmark.compare import compare
 
     chosen = [shown] if shown else _names(scenes)
-    comparison = compare(paths, optimizers=_names(optimizers), scenes=chosen, target=target)
+    with _bar() as progress:
+        comparison = compare(paths, optimizers=_names(optimizers), scenes=chosen, target=target, progress=progress)
+    if table:
+        _write(comparison, table)
+    if folder:
+        _draw(comparison, folder)
     if as_json:
         click.echo(comparison.to_json())
     elif shown:
@@ -54,9 +74,39 @@ def command(
         _print(comparison)
 
 
+@contextmanager
+def _bar() -> Iterator[Callable[[int, int], None] | None]:
+    """How many runs have been read, on standard error, if that is a terminal."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield None
+        return
+    with Progress(TextColumn("runs"), BarColumn(), MofNCompleteColumn(), console=console, transient=True) as bar:
+        task = bar.add_task("", total=None)
+        yield lambda read, runs: bar.update(task, completed=read, total=runs)
+
+
 def _names(given: Sequence[str]) -> list[str]:
     """Names with commas between them, from an option that may be repeated."""
     return [name.strip() for text in given for name in text.split(",") if name.strip()]
+
+
+def _write(comparison: Comparison, path: Path) -> None:
+    from springopt.benchmark.rows import write_csv
+
+    write_csv(comparison, path)
+
+
+def _draw(comparison: Comparison, folder: Path) -> None:
+    from springopt.report.comparison_figures import comparison_figures
+    from springopt.report.figures import save
+
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, figure in comparison_figures(asdict(comparison)):
+        save(figure, folder / f"{name}.png")
 
 
 def _print(comparison: Comparison) -> None:
@@ -70,12 +120,14 @@ def _print(comparison: Comparison) -> None:
     print_table(running_time_table(document))
     if comparison.ranking:
         print_table(ranking_table(document))
+    else:
+        click.echo("\nNo ranks over scenes: they need two optimizers with runs on the same two scenes.")
     print_table(cost_table(document))
     _print_notes(comparison)
 
 
 def _print_scene(comparison: Comparison) -> None:
-    from springopt.report.comparison_tables import scene_tables
+    from springopt.report.scene_comparison_tables import scene_tables
 
     document = asdict(comparison)
     for table in scene_tables(document["scenes"][0], comparison.target):
@@ -87,9 +139,9 @@ def _print_scene(comparison: Comparison) -> None:
 
 def _print_notes(comparison: Comparison) -> None:
     """What a reader must know, and what is missing."""
-    if not comparison.ranking:
-        click.echo("No ranks: no two optimizers have runs on a common scene.")
     for note in comparison.notes:
         click.echo(f"Note: {note}")
-    for run in comparison.left_out:
+    for run in comparison.left_out[:LEFT_OUT_SHOWN]:
         click.echo(f"Left out: {run.path} ({run.why.rstrip('.')})")
+    if (more := len(comparison.left_out) - LEFT_OUT_SHOWN) > 0:
+        click.echo(f"Left out: {more} more; --json names them.")

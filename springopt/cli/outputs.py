@@ -8,6 +8,17 @@ from springopt.errors import UserError
 
 FIGURE_ENDINGS = (".png", ".pdf", ".svg")
 ARRAY_ENDINGS = (".npz",)
+TABLE_ENDINGS = (".csv",)
+
+
+def require_new_folder(path: str) -> Path:
+    """The path of a folder that does not exist yet, or is empty."""
+    folder = Path(path)
+    if folder.is_dir() and not any(folder.iterdir()):
+        return folder
+    if folder.exists():
+        raise UserError(f"{path} exists already, and nothing is overwritten; name another folder.")
+    return folder
 
 
 def require_new(path: str, endings: tuple[str, ...]) -> Path:

@@ -5,19 +5,17 @@ They take the comparison as a document: what `Comparison` has, as dictionaries a
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rich.table import Table
 from rich.text import Text
 
-from springopt.report.tables import plain_table
+from springopt.report import said
+from springopt.report.said import SOLVED, UNITS
+from springopt.report.tables import captioned, plain_table
 
 Document = Mapping[str, Any]
-
-SOLVED = 1e-6  # the last target: gaps up to there are shown, ranked and tested as equal
-UNITS = {"evaluations": "evaluations", "solves": "solves", "processor_seconds": "processor seconds"}
 
 
 def gap_tables(comparison: Document, width: int) -> list[Table]:
@@ -48,15 +46,15 @@ def running_time_table(comparison: Document) -> Table:
     """How often and how fast each method reached the target, over its scenes."""
     target = comparison["target"]
     table = plain_table(
-        f"Expected running time to {_power(target)} of the way, times the best",
+        f"Expected running time to {said.power(target)} of the way, times the best",
         ["optimizer"],
         ["reached", "success", *UNITS.values()],
     )
     for each in comparison["methods"]:
-        ratios = [_ratio(each["times_the_best"][unit]) for unit in UNITS]
+        ratios = [said.ratio(each["times_the_best"][unit]) for unit in UNITS]
         counts = f"{each['reached']} of {each['scenes']}", f"{each['success_rate']:.0%}"
         table.add_row(each["method"], *counts, *ratios)
-    return _captioned(
+    return captioned(
         table,
         "reached: scenes where at least one run got there; success: share of the runs that did, mean over scenes; "
         "times the best: over the expected running time of the fastest optimizer, median over those of its scenes "
@@ -77,11 +75,11 @@ def ranking_table(comparison: Document) -> Table:
     within = {each["method"]: each for each in comparison["methods"]}
     for method, rank in ranking["mean_ranks"].items():
         pair, summary = against.get(method), within[method]
-        tests = (_p(pair["p_holm"]), f"{-pair['rank_biserial']:+.2f}") if pair else ("", "")
+        tests = (said.p_value(pair["p_holm"]), f"{0.0 - pair['rank_biserial']:+.2f}") if pair else ("", "")
         difference = f"+{rank - ranking['mean_ranks'][best]:.2f}" if pair else ""
         counts = (str(summary[name]) for name in ("better", "even", "worse"))
         table.add_row(method, f"{rank:.2f}", difference, *tests, *counts)
-    return _captioned(table, " ".join(_ranking_sentences(ranking, comparison["block"])))
+    return captioned(table, " ".join(_ranking_sentences(ranking, comparison["block"])))
 
 
 def cost_table(comparison: Document) -> Table:
@@ -93,18 +91,13 @@ def cost_table(comparison: Document) -> Table:
     )
     for each in comparison["methods"]:
         ratio = "-" if each["test_over_train"] is None else f"{each['test_over_train']:.3g}"
-        overhead = f"{each['overhead_share']:.0%}", _seconds(each["overhead_per_evaluation"])
+        overhead = f"{each['overhead_share']:.0%}", said.seconds(each["overhead_per_evaluation"])
         table.add_row(each["method"], f"{each['runs']}", ratio, *overhead)
-    return _captioned(
+    return captioned(
         table,
         "errors: mean distance of the nodes over the smallest rest length, mean over the load cases; overhead: "
         "processor time outside forward solves and derivatives. Medians over scenes.",
     )
-
-
-def scene_tables(scene: Document, target: int) -> list[Table]:
-    """One scene in full: values, running times, errors and tests."""
-    return [_values_table(scene), _times_table(scene, target), _errors_table(scene), _pairs_table(scene)]
 
 
 def _gap_cells(comparison: Document) -> dict[tuple[str, str], Text]:
@@ -114,7 +107,7 @@ def _gap_cells(comparison: Document) -> dict[tuple[str, str], Text]:
         lowest = max(min(each["gap"]["median"] for each in scene["methods"]), SOLVED)
         for each in scene["methods"]:
             gap = each["gap"]["median"]
-            text = _gap(gap) + ("=" if each["deterministic"] else "")
+            text = said.gap(gap) + ("=" if each["deterministic"] else "")
             cells[scene["scene"], each["method"]] = Text(text, "bold" if gap <= lowest else "")
     return cells
 
@@ -151,88 +144,13 @@ def _folded(name: str) -> str:
     return "\n".join(line.strip() for line in lines)
 
 
-def _values_table(scene: Document) -> Table:
-    table = plain_table(
-        f"{scene['scene']}: final values ({scene['minimize']})",
-        ["optimizer"],
-        ["runs", "median", "quartiles", "gap", "quartiles of the gap", "evaluations"],
-        ["stopped by"],
-    )
-    for each in scene["methods"]:
-        value, gap = each["value"], each["gap"]
-        runs = f"{each['runs']}, all the same" if each["deterministic"] else f"{each['runs']}"
-        stopped = ", ".join(f"{why} ({count})" for why, count in each["stopped"].items())
-        table.add_row(
-            each["method"],
-            runs,
-            f"{value['median']:.6g}",
-            f"{value['lower_quartile']:.5g} to {value['upper_quartile']:.5g}",
-            _gap(gap["median"]),
-            f"{_gap(gap['lower_quartile'])} to {_gap(gap['upper_quartile'])}",
-            f"{each['cost']['evaluations']:,.0f}",
-            stopped,
-        )
-    way = scene["way"]
-    sure = "proven" if way["proven"] else "best known"
-    return _captioned(table, f"start {way['start']:.6g}; floor {way['floor']:.9g} ({sure}).")
-
-
-def _times_table(scene: Document, target: int) -> Table:
-    table = plain_table(
-        f"{scene['scene']}: expected running time to {_power(target)} of the way",
-        ["optimizer"],
-        ["reached", *UNITS.values()],
-    )
-    for each in scene["methods"]:
-        reached = each["targets"][target]
-        times = (_estimate(reached["running_times"][unit]) for unit in UNITS)
-        table.add_row(each["method"], f"{reached['successes']} of {each['runs']}", *times)
-    return _captioned(
-        table, "with 95 % bootstrap intervals over the runs; unsuccessful runs count with what they spent."
-    )
-
-
-def _errors_table(scene: Document) -> Table:
-    table = plain_table(
-        f"{scene['scene']}: errors and cost, medians",
-        ["optimizer"],
-        ["training error", "test error", "processor seconds", "in solves", "overhead"],
-    )
-    for each in scene["methods"]:
-        cost, test = each["cost"], each["test_error"]
-        seconds = (cost[f"{name}_seconds"] for name in ("processor", "solving", "overhead"))
-        errors = f"{each['train_error']['median']:.4g}", "-" if test is None else f"{test['median']:.4g}"
-        table.add_row(each["method"], *errors, *map(_seconds, seconds))
-    return table
-
-
-def _pairs_table(scene: Document) -> Table:
-    table = plain_table(
-        f"{scene['scene']}: which runs end lower",
-        ["optimizer", "beside"],
-        ["probability of lower", "p", "p (Holm)"],
-        ["ends lower", "test"],
-    )
-    for pair in scene["pairs"]:
-        table.add_row(
-            pair["first"],
-            pair["second"],
-            _estimate(pair["lower"]),
-            _p(pair["p"]),
-            _p(pair["p_holm"]),
-            pair["ends_lower"] or "-",
-            pair["test"],
-        )
-    return table
-
-
 def _ranking_sentences(ranking: Document, block: Document) -> list[str]:
     friedman = ranking["friedman"]
     sentences = [f"Critical difference of mean ranks {ranking['critical_difference']:.2f} (Nemenyi, 5 %)."]
     if friedman:
         sentences.append(
-            f"Friedman: chi-square {friedman['chi_square']:.2f}, p {_p(friedman['p'])}; Iman and Davenport: "
-            f"F {friedman['f']:.2f}, p {_p(friedman['p_f'])}; Kendall's W {friedman['kendall_w']:.2f}."
+            f"Friedman: chi-square {friedman['chi_square']:.2f}, p {said.p_value(friedman['p'])}; Iman and Davenport: "
+            f"F {friedman['f']:.2f}, p {said.p_value(friedman['p_f'])}; Kendall's W {friedman['kendall_w']:.2f}."
         )
     sentences.append(
         "p: Wilcoxon's test of scene medians against the first, with Holm's correction for all pairs; effect: "
@@ -240,49 +158,13 @@ def _ranking_sentences(ranking: Document, block: Document) -> list[str]:
         "final values within scenes, against each other optimizer."
     )
     for kind in ("methods", "scenes"):
-        sentences += [f"Without {name}: {why}." for name, why in block[f"{kind}_left_out"].items()]
+        sentences += _left_out(block[f"{kind}_left_out"])
     return sentences
 
 
-def _captioned(table: Table, caption: str) -> Table:
-    table.caption, table.caption_justify = caption, "left"
-    return table
-
-
-def _power(exponent: int) -> str:
-    return f"1e-{exponent}"
-
-
-def _gap(gap: float) -> str:
-    if gap <= SOLVED:
-        return "solved"
-    return f"{gap:.2g}" if 0.001 <= gap < 1000 else f"{gap:.1e}"
-
-
-def _ratio(ratio: float | None) -> str:
-    if ratio is None:
-        return "-"
-    return "never" if math.isinf(ratio) else f"{ratio:,.3g}" if ratio < 1000 else f"{ratio:,.0f}"
-
-
-def _estimate(estimate: Document) -> str:
-    if math.isinf(estimate["value"]):
-        return "never"
-    value, low, high = (_short(estimate[name]) for name in ("value", "low", "high"))
-    return value if low == high else f"{value} ({low} to {high})"
-
-
-def _short(number: float) -> str:
-    if math.isinf(number):
-        return "inf"
-    return f"{number:,.0f}" if number >= 1000 else f"{number:.3g}"
-
-
-def _p(p: float | None) -> str:
-    if p is None:
-        return "-"
-    return f"{p:.1e}" if p < 0.001 else f"{p:.3f}"
-
-
-def _seconds(seconds: float) -> str:
-    return f"{1e3 * seconds:.3g} ms" if seconds < 1 else f"{seconds:.3g} s"
+def _left_out(reasons: Mapping[str, str]) -> list[str]:
+    """One sentence a reason."""
+    names: dict[str, list[str]] = {}
+    for name, why in reasons.items():
+        names.setdefault(why, []).append(name)
+    return [f"Without {', '.join(its)}: {why}." for why, its in names.items()]

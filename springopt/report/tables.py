@@ -30,6 +30,12 @@ def plain_table(title: str, names: Iterable[str], numbers: Iterable[str] = (), t
     return table
 
 
+def captioned(table: Table, caption: str) -> Table:
+    """The table with a caption below, to the left."""
+    table.caption, table.caption_justify = caption, "left"
+    return table
+
+
 def errors_table(errors: Sequence[Mapping[str, Any]]) -> Table:
     """One row a load case, and the sums for each role."""
     table = plain_table("Errors", ["load case", "role"], [*MEASURES.values(), "largest"], ["status"])

@@ -38,9 +38,7 @@ def _section(runs: Runs, extent: Extent) -> Section:
     rows: list[tuple[str, ...]] = [("the paper", paper.SPRINGS_3D.printed, paper.ERROR_3D.printed, "20,000", "-")]
     rows += baselines.rows(runs, SCENE, (PAPER_GA, *BASELINES), _numbers)
     worst = files[int(np.argmin(springs))]
-    shows = (
-        f"Four of the six load cases; the seed with the fewest springs, {min(springs):g}, missing ones dashed"
-    )
+    shows = f"Four of the six load cases; the seed with the fewest springs, {min(springs):g}, missing ones dashed"
     return Section(
         paper="""Of 468 springs 5 are missing after 4000 generations of 5, and the normalized difference of point
             positions is zero.""",

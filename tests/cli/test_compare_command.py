@@ -53,6 +53,26 @@ def test_names_come_with_commas_or_repeated(springopt, results: Path) -> None:
         assert not document["refusals"]
 
 
+def test_figures_and_a_table_are_written_beside_what_is_printed(springopt, results: Path, tmp_path: Path) -> None:
+    done = springopt("compare", str(results), "--csv", "all.csv", "--figures", "drawn", "--json")
+    assert done.code == 0
+    assert json.loads(done.out)["target"] == 2
+    drawn = {path.name for path in (tmp_path / "drawn").iterdir()}
+    assert {"critical-difference.png", "running-times.png", f"convergence-{SCENES[0]}.png"} <= drawn
+    assert (tmp_path / "all.csv").read_text().startswith("scene,method,other,quantity,target,unit,value,low,high,word")
+
+
+def test_nothing_is_overwritten(springopt, results: Path, tmp_path: Path) -> None:
+    (tmp_path / "all.csv").touch()
+    (tmp_path / "drawn").mkdir()
+    (tmp_path / "drawn" / "mine.png").touch()
+    for arguments in (["--csv", "all.csv"], ["--figures", "drawn"], ["--figures", "all.csv"]):
+        done = springopt("compare", str(results), *arguments)
+        assert done.code == 2
+        assert "nothing is overwritten" in done.err
+    assert springopt("compare", str(results), "--csv", "all.txt").code == 2
+
+
 def test_a_mistake_is_one_sentence(springopt, results: Path) -> None:
     done = springopt("compare", str(results), "--scenes", "paper-fem")
     assert done.code == 2

@@ -94,12 +94,11 @@ def test_a_summary_counts_against_the_best_method(record: MakeRecord, tmp_path: 
     assert (second.test_over_train, second.overhead_share) == (pytest.approx(2), 0.25)
 
 
-def test_the_document_has_everything_and_no_number_that_json_lacks(folder: Path) -> None:
-    comparison = compare([folder])
-    document = json.loads(comparison.to_json())
-    assert [each["method"] for each in document["methods"]] == list(comparison.ranking.mean_ranks)  # type: ignore[union-attr]
-    (scene,) = document["scenes"]
-    assert scene["scene"] == "nine"
+def test_the_document_has_everything_and_no_number_that_json_lacks(two_scenes: Path) -> None:
+    document = json.loads(compare([two_scenes]).to_json())
+    assert [each["method"] for each in document["methods"]] == list(document["ranking"]["mean_ranks"])
+    scene, other = document["scenes"]
+    assert (scene["scene"], other["scene"]) == ("nine", "soft")
     assert set(scene["methods"][0]["targets"]) == {"1", "2", "3", "4", "5", "6"}
     assert document["refusals"][0]["word"] == "bits"
     assert len(document["solved_over_budget"]) == len(document["performance_profiles"]) == 3
@@ -109,5 +108,11 @@ def test_the_same_results_give_the_same_document(folder: Path) -> None:
     assert compare([folder]).to_json() == compare([folder]).to_json()
 
 
-def test_one_method_alone_has_no_ranks(folder: Path) -> None:
-    assert compare([folder], optimizers=["wide"]).ranking is None
+def test_one_method_or_one_scene_has_no_ranks(two_scenes: Path) -> None:
+    assert compare([two_scenes], optimizers=["wide"]).ranking is None
+    assert compare([two_scenes], scenes=["nine"]).ranking is None
+    assert compare([two_scenes]).ranking is not None
+
+
+def test_unequal_numbers_of_runs_are_told(two_scenes: Path) -> None:
+    assert any("1 to 3 runs on a scene" in note for note in compare([two_scenes]).notes)

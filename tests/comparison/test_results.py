@@ -12,6 +12,7 @@ from springopt.benchmark.terms import on_equal_terms
 from springopt.errors import UserError
 from springopt.runner import solve
 from springopt.scene import Scene
+from springopt.scene.bundled import SceneHead
 from springopt.store import read
 
 MakeRecord = Callable[..., Record]
@@ -73,12 +74,24 @@ def test_only_what_is_named_is_compared(folder: Path) -> None:
     [
         ({"optimizers": ["wyde"]}, "no optimizer 'wyde'.*Did you mean 'wide'"),
         ({"scenes": ["ten"]}, "no scene 'ten'"),
-        ({"optimizers": ["stubborn"]}, "none of these optimizers has a run"),
+        ({"optimizers": ["stubborn"]}, "no complete run of what is to be compared"),
     ],
 )
 def test_a_choice_that_nothing_has_is_a_mistake(folder: Path, chosen: dict[str, list[str]], sentence: str) -> None:
     with pytest.raises(UserError, match=sentence):
         read_results([folder], **chosen)
+
+
+def test_a_group_names_its_scenes(record: MakeRecord, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    heads = {"nine": SceneHead("nine", "Nine", "small", "here"), "ten": SceneHead("ten", "Ten", "small", "here")}
+    monkeypatch.setattr("springopt.benchmark.results.bundled_scenes", lambda: heads)
+    assert len(read_results([folder], scenes=["small"]).records) == 6
+
+
+def test_what_is_not_asked_for_is_not_read(folder: Path) -> None:
+    read = []
+    read_results([folder], optimizers=["wide"], progress=lambda count, runs: read.append((count, runs)))
+    assert read == [(1, 3), (2, 3), (3, 3)]
 
 
 def test_nothing_there_is_a_mistake(tmp_path: Path) -> None:

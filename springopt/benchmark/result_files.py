@@ -1,0 +1,73 @@
+"""Files of results: runs, and what lies where a run could not be made."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Container, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from springopt.benchmark.outcome import REFUSED
+from springopt.errors import UserError
+from springopt.journal import run_path
+
+
+@dataclass(frozen=True)
+class ResultFile:
+    """A file, and in a folder of results `FOLDER/<scene>/<label>/` whose it is by its place."""
+
+    path: Path
+    scene: str | None = None
+    label: str | None = None
+
+    def may_be_of(self, scenes: Container[str | None], labels: Container[str | None]) -> bool:
+        """Whether it can belong to one of these; of a file in no such place only reading it tells."""
+        return self.scene is None or (self.scene in scenes and self.label in labels)
+
+    def says(self, *names: str) -> dict[str, str]:
+        """What a small JSON file has under these names."""
+        try:
+            stated = json.loads(self.path.read_text(encoding="utf-8"))
+            return {name: str(stated[name]) for name in names}
+        except (OSError, ValueError, KeyError, TypeError):
+            what = " and ".join(names)
+            raise UserError(f"{self.path} does not say its {what}; remove it, and run the benchmark again.") from None
+
+
+@dataclass(frozen=True)
+class ResultFiles:
+    """All that was found, each file once."""
+
+    runs: list[ResultFile]
+    refusals: list[ResultFile]
+    failures: list[ResultFile]
+    journals: list[ResultFile]  #: of runs that have no file yet
+
+    @property
+    def scenes(self) -> set[str]:
+        return {file.scene for file in [*self.runs, *self.refusals] if file.scene is not None}
+
+    @property
+    def labels(self) -> set[str]:
+        return {file.label for file in [*self.runs, *self.refusals] if file.label is not None}
+
+
+def find_results(paths: Iterable[str | Path]) -> ResultFiles:
+    """Searches folders to their depth; a file that is named is a run, whatever it is called."""
+    found: dict[str, dict[Path, ResultFile]] = {"*.h5": {}, REFUSED: {}, "*.failed.json": {}, "*.h5.journal": {}}
+    for path in map(Path, paths):
+        if not path.exists():
+            raise UserError(f"there is nothing at {path}; give a folder of results, or run files.")
+        if path.is_file():
+            found["*.h5"].setdefault(path.resolve(), ResultFile(path))
+            continue
+        for pattern, files in found.items():
+            for file in sorted(path.rglob(pattern)):
+                files.setdefault(file.resolve(), _in_folder(file, path))
+    runs, refusals, failures, journals = (list(files.values()) for files in found.values())
+    return ResultFiles(runs, refusals, failures, [file for file in journals if not run_path(file.path).exists()])
+
+
+def _in_folder(file: Path, folder: Path) -> ResultFile:
+    parts = file.relative_to(folder).parts
+    return ResultFile(file, *parts[:2]) if len(parts) == 3 else ResultFile(file)

@@ -1,0 +1,94 @@
+"""Tables of one scene of a comparison, in full."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from rich.table import Table
+
+from springopt.report import said
+from springopt.report.said import UNITS
+from springopt.report.tables import captioned, plain_table
+
+Document = Mapping[str, Any]
+
+
+def scene_tables(scene: Document, target: int) -> list[Table]:
+    """One scene in full: values, running times, errors and tests."""
+    return [_values_table(scene), _times_table(scene, target), _errors_table(scene), _pairs_table(scene)]
+
+
+def _values_table(scene: Document) -> Table:
+    table = plain_table(
+        f"{scene['scene']}: final values ({scene['minimize']})",
+        ["optimizer"],
+        ["runs", "median", "quartiles", "gap", "quartiles of the gap", "evaluations"],
+        ["stopped by"],
+    )
+    for each in scene["methods"]:
+        value, gap = each["value"], each["gap"]
+        runs = f"{each['runs']}, all the same" if each["deterministic"] else f"{each['runs']}"
+        stopped = ", ".join(f"{why} ({count})" for why, count in each["stopped"].items())
+        table.add_row(
+            each["method"],
+            runs,
+            f"{value['median']:.6g}",
+            f"{value['lower_quartile']:.5g} to {value['upper_quartile']:.5g}",
+            said.gap(gap["median"]),
+            f"{said.gap(gap['lower_quartile'])} to {said.gap(gap['upper_quartile'])}",
+            f"{each['cost']['evaluations']:,.0f}",
+            stopped,
+        )
+    way = scene["way"]
+    sure = "proven" if way["proven"] else "best known"
+    return captioned(table, f"start {way['start']:.6g}; floor {way['floor']:.9g} ({sure}).")
+
+
+def _times_table(scene: Document, target: int) -> Table:
+    table = plain_table(
+        f"{scene['scene']}: expected running time to {said.power(target)} of the way",
+        ["optimizer"],
+        ["reached", *UNITS.values()],
+    )
+    for each in scene["methods"]:
+        reached = each["targets"][target]
+        times = (said.estimate(reached["running_times"][unit]) for unit in UNITS)
+        table.add_row(each["method"], f"{reached['successes']} of {each['runs']}", *times)
+    return captioned(
+        table, "with 95 % bootstrap intervals over the runs; unsuccessful runs count with what they spent."
+    )
+
+
+def _errors_table(scene: Document) -> Table:
+    table = plain_table(
+        f"{scene['scene']}: errors and cost, medians",
+        ["optimizer"],
+        ["training error", "test error", "processor seconds", "in solves", "overhead"],
+    )
+    for each in scene["methods"]:
+        cost, test = each["cost"], each["test_error"]
+        seconds = (cost[f"{name}_seconds"] for name in ("processor", "solving", "overhead"))
+        errors = f"{each['train_error']['median']:.4g}", "-" if test is None else f"{test['median']:.4g}"
+        table.add_row(each["method"], *errors, *map(said.seconds, seconds))
+    return table
+
+
+def _pairs_table(scene: Document) -> Table:
+    table = plain_table(
+        f"{scene['scene']}: which runs end lower",
+        ["optimizer", "beside"],
+        ["probability of lower", "p", "p (Holm)"],
+        ["ends lower", "test"],
+    )
+    for pair in scene["pairs"]:
+        table.add_row(
+            pair["first"],
+            pair["second"],
+            said.estimate(pair["lower"]),
+            said.p_value(pair["p"]),
+            said.p_value(pair["p_holm"]),
+            pair["ends_lower"] or "-",
+            pair["test"],
+        )
+    return table
