@@ -23,7 +23,7 @@ from springopt.start import EarlierRun, is_run, load_start, read_start, require_
 from springopt.store import read, read_answers, require_same_run
 
 if TYPE_CHECKING:
-    from springopt.scene import Scene
+    from springopt.scene import Scene, Setup
 
 __all__ = ["Progress", "resume", "solve"]
 
@@ -40,6 +40,7 @@ def solve(
     target: float | None = None,
     options: Mapping[str, Any] | None = None,
     out: str | os.PathLike[str] | None = None,
+    setup: Setup | None = None,
     threads: int = 1,
     progress: Progress | None = None,
 ) -> Run:
@@ -56,6 +57,7 @@ def solve(
         evaluations, seconds, solves, target: see `Budget`; without any of them the scene's own budget holds.
         options: of a named optimizer, over those of the scene.
         out: the run file to write. Beside it lies `<out>.journal` while the run lasts, for `resume`.
+        setup: of the same scene, made ready by an earlier `scene.build()`: no bit of the run depends on it.
         threads: that share the forward solves of a batch; no bit of the run depends on their number.
         progress: called up to ten times a second with the evaluations spent, of how many (None if they are not
             limited), the best value and the seconds.
@@ -80,7 +82,7 @@ def solve(
     )
     if out is not None:
         _require_new(Path(out))
-    setup = scene.build(threads=threads)
+    setup = setup or scene.build(threads=threads)
     if isinstance(first, EarlierRun):
         require_fits(first, setup.encoding)
     if out is None:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, cast
 import numpy as np
 
 from springopt.checks import Booleans, Floats, Integers
-from springopt.errors import UserError
+from springopt.errors import NotServed, UserError
 from springopt.lattice import SpringLattice
 from springopt.optimizer import Optimizer
 from springopt.problem import Problem
@@ -186,7 +186,9 @@ def _components(dimension: int) -> tuple[Integers, list[tuple[int, ...]], Floats
 
 def _body(name: str, lattice: SpringLattice, thickness: float) -> Body:
     if lattice.cells is None or lattice.cell_type is None:
-        raise UserError(f"{name} needs the cells of the body, and this lattice has none; give it cells and cell_type.")
+        raise NotServed(
+            f"{name} needs the cells of the body, and this lattice has none; give it cells and cell_type.", word="cells"
+        )
     parts, share = _division(lattice.cell_type)
     simplices = lattice.cells[:, parts].reshape(-1, lattice.dimension + 1)
     corners = lattice.nodes[simplices]
@@ -243,9 +245,10 @@ def _estimated_young(name: str, objective: Objective, unit: Floats) -> float:
     pulls = unit[:, None] * model.forces_per_stiffness(positions)
     taken = float((pulls * (moves[:, j] - moves[:, i])).sum())
     if not (done > 0 and taken > 0):
-        raise UserError(
+        raise NotServed(
             f"{name} can't tell Young's modulus from this reference, on which the loads do no work; "
-            "give it by --set young=NUMBER."
+            "give it by --set young=NUMBER.",
+            word="forces",
         )
     return done / taken
 

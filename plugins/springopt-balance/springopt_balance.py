@@ -14,7 +14,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve, qr, solve_triangular
 
 from springopt.checks import Booleans, Floats, Integers
-from springopt.errors import UserError
+from springopt.errors import NotServed, UserError
 from springopt.optimizer import Optimizer
 from springopt.problem import Problem
 
@@ -154,9 +154,10 @@ def _cases(objective: Objective, size: int) -> list[Case]:
     numbers = [number for number, case in enumerate(objective.cases) if case.role == "train"]
     needed = 3.0 * 8 * len(numbers) * lattice.nodes.size * max(size, lattice.spring_count)
     if needed > LARGEST_BYTES:
-        raise UserError(
+        raise NotServed(
             f"balance would need some {needed / 1e9:.0f} GB of memory for {lattice.spring_count} springs in "
-            f"{len(numbers)} load cases, and stops at {LARGEST_BYTES / 1e9:.0f}; use gauss-newton or l-bfgs-b."
+            f"{len(numbers)} load cases, and stops at {LARGEST_BYTES / 1e9:.0f}; use l-bfgs-b.",
+            word="memory",
         )
     positions = objective.reference_positions[numbers]
     pulls = model.forces_per_stiffness(positions)
@@ -170,9 +171,10 @@ def _cases(objective: Objective, size: int) -> list[Case]:
         )
     ]
     if not any(case.forces[case.free].any() for case in cases):
-        raise UserError(
+        raise NotServed(
             "balance needs forces, and under prescribed displacements alone every multiple of a stiffness does the "
-            "same; use gauss-newton."
+            "same; use gauss-newton.",
+            word="forces",
         )
     return cases
 
@@ -218,9 +220,10 @@ def _require_springs_alone(model: Model) -> None:
     """Refuses effects whose forces depend on more than the stiffness of springs."""
     for effect in model.effects:
         if effect.kernel(model.lattice.dimension) is not None:
-            raise UserError(
+            raise NotServed(
                 f"balance knows springs and constant forces, and {type(effect).__name__} adds forces of its own; "
-                "leave it out, or use gauss-newton."
+                "leave it out, or use gauss-newton.",
+                word="effects",
             )
 
 

@@ -18,12 +18,13 @@ from springopt.budget import Budget
 from springopt.errors import NotServed, PluginError, RunFileError, SceneError, UserError
 from springopt.execution import Progress
 from springopt.journal import Journal, holds_run, journal_path
+from springopt.optimizer import Optimizer
 from springopt.options import make_optimizer
 from springopt.registry import load_optimizer
 from springopt.run import Order, Run
 from springopt.runner import resume, solve
-from springopt.scene import Scene
-from springopt.store import read
+from springopt.scene import Scene, Setup
+from springopt.store import read_run
 
 UNSUITED = "unsuited"  #: the word for a refusal that has none of its own
 SCENES_AT_HAND = 8
@@ -84,11 +85,11 @@ def ended_before(job: Job, folder: Path) -> Outcome | None:
     try:
         if not out.exists():
             return refused_before(job, folder)
-        contents = read(out)
-        _require_same(job, contents.order, out)
+        order, run = read_run(out)
+        _require_same(job, order, out)
     except RunFileError as error:
         return stopped(job, str(error))
-    return done(job, folder, contents.run) if contents.run.complete else None
+    return done(job, folder, run) if run.complete else None
 
 
 def _run(job: Job, folder: Path, progress: Progress | None) -> Outcome:
@@ -126,11 +127,11 @@ def _begun(job: Job, out: Path, progress: Progress | None) -> Run:
     with threadpool_limits(1, user_api="blas"):  # the reference's bits may depend on it too
         return solve(
             _scene(job.scene),
-            job.optimizer,
+            _optimizer(job),
             start=job.start,
             seed=job.seed,
-            options=job.options,
             out=out,
+            setup=_setup(job.scene),
             progress=progress,
             **limits,
         )
@@ -149,12 +150,11 @@ def _resumed(job: Job, out: Path, progress: Progress | None) -> Run:
 def _require_same(job: Job, order: Order, out: Path) -> None:
     """Refuses to take another job's result for this one's."""
     scene = _scene(job.scene)
-    options = make_optimizer(load_optimizer(job.optimizer), {**scene.optimizer_options(job.optimizer), **job.options})
     limits: dict[str, Any] = dict(job.limits) or scene.budget.model_dump()
     differs = {
         "scene": order.scene != job.scene and _scene(order.scene).digest() != scene.digest(),
         "optimizer": order.optimizer != job.optimizer,
-        "options": json.dumps(order.options) != json.dumps(asdict(options)),
+        "options": json.dumps(order.options) != json.dumps(asdict(_optimizer(job))),
         "seed": order.seed != job.seed,
         "budget": order.budget != asdict(Budget(**limits)),
         "start": _start_of(order) != job.start,
@@ -169,6 +169,23 @@ def _start_of(order: Order) -> str | None:
     return str(order.start["options"].get("run") or order.start["name"]) if order.start else None
 
 
+def _optimizer(job: Job) -> Optimizer:
+    options = {**_scene(job.scene).optimizer_options(job.optimizer), **job.options}
+    return _made(job.optimizer, json.dumps(options, sort_keys=True))
+
+
+@lru_cache
+def _made(name: str, options: str) -> Optimizer:
+    """Kept, because finding it takes as long as a short run."""
+    return make_optimizer(load_optimizer(name), json.loads(options))
+
+
 @lru_cache(SCENES_AT_HAND)
 def _scene(text: str) -> Scene:
     return Scene.from_json(text)
+
+
+@lru_cache(1)
+def _setup(text: str) -> Setup:
+    """Of the latest scene alone: it may be large, and jobs come scene by scene."""
+    return _scene(text).build()

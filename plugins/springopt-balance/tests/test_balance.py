@@ -8,7 +8,7 @@ from springopt_balance import Balance, bounded_least_squares
 from springopt import Budget, FemReference, Gravity, LoadCase, Model, Objective, Problem, SpringLattice, side
 from springopt.effects.effect import Effect
 from springopt.encoding import Binary, Real, ThreeClass
-from springopt.errors import UserError
+from springopt.errors import NotServed, UserError
 from springopt.runner import solve
 from springopt.testing import check_optimizer
 
@@ -166,8 +166,9 @@ class TestRefusals:
 
     def test_scenes_that_are_too_large_for_dense_least_squares(self, monkeypatch):
         monkeypatch.setattr("springopt_balance.LARGEST_BYTES", 1e5)
-        with pytest.raises(UserError, match=r"balance would need some .* GB of memory for 42 springs"):
+        with pytest.raises(NotServed, match=r"balance would need some .* GB of memory for 42 springs") as refusal:
             found(make_problem(Model(LATTICE), random_stiffness(), Real(LATTICE)))
+        assert refusal.value.word == "memory"
 
     def test_options(self):
         with pytest.raises(UserError, match="option passes of balance is at least 1, not 0"):

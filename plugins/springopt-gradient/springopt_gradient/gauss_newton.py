@@ -12,6 +12,7 @@ from springopt.optimizer import Optimizer
 from springopt.problem import Problem
 from springopt_gradient.descent import DAMPING, descend, linearize
 from springopt_gradient.measures import measures_of, negligible
+from springopt_gradient.memory import require_memory
 from springopt_gradient.starts import require_counts, search_from_starts
 
 #: Relative decrease at which least squares hand over to the scene's own misfit.
@@ -39,6 +40,7 @@ class GaussNewton(Optimizer):
         require_positive("option tolerance of gauss-newton", self.tolerance)
 
     def minimize(self, problem: Problem, rng: np.random.Generator) -> None:
+        require_memory(self.name, problem)
         *rough, last = measures_of(problem)
         value_of = problem.objective.value_of
 

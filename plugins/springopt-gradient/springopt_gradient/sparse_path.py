@@ -10,12 +10,13 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from springopt.checks import Booleans, Floats, require_positive
-from springopt.errors import NoEquilibrium, UserError
+from springopt.errors import NoEquilibrium, NotServed, UserError
 from springopt.optimizer import Optimizer
 from springopt.problem import Problem
 from springopt_gradient.descent import Linearization, descend, linearize
 from springopt_gradient.gauss_newton import GaussNewton
 from springopt_gradient.measures import Measure, measures_of
+from springopt_gradient.memory import require_memory
 
 #: Numbers below this share of the box count as zero.
 NEGLIGIBLE = 1e-6
@@ -44,7 +45,10 @@ class SparsePath(Optimizer):
 
     def minimize(self, problem: Problem, rng: np.random.Generator) -> None:
         if problem.lower.any():
-            raise UserError("sparse-path needs numbers that can be zero; give the scene's encoding a lower bound of 0.")
+            raise NotServed(
+                "sparse-path needs numbers that can be zero; give the scene's encoding a lower bound of 0.", word="zero"
+            )
+        require_memory(self.name, problem)
         GaussNewton(agree=self.agree).minimize(problem, rng)
         measure, best = measures_of(problem)[-1], problem.best_point
         assert best is not None

@@ -9,6 +9,7 @@ from springopt_gradient import LBFGSB, GaussNewton, SparsePath
 
 import springopt as so
 from springopt.budget import Budget
+from springopt.errors import NotServed
 from springopt.testing import CHECKS, Bowl, Box
 from springopt.testing.cliff import Cliff
 
@@ -131,8 +132,22 @@ def test_options_out_of_range_are_refused(optimizer, options, sentence):
 
 def test_a_path_to_zero_needs_zero_in_the_box():
     problem = so.Problem(Bowl(np.ones(2)), Box(np.ones(2), np.full(2, 2.0)), Budget(evaluations=10))
-    with pytest.raises(so.UserError, match="a lower bound of 0"):
+    with pytest.raises(NotServed, match="a lower bound of 0") as refusal:
         SparsePath().minimize(problem, np.random.default_rng(0))
+    assert refusal.value.word == "zero"
+
+
+@pytest.mark.parametrize("optimizer", [GaussNewton(), SparsePath()], ids=lambda optimizer: optimizer.name)
+def test_a_jacobian_too_large_for_memory_is_refused_before_it_is_asked_for(optimizer, monkeypatch):
+    setup = so.load_scene("paper-fem-2d").build()
+    problem = so.Problem(setup.objective, setup.encoding, Budget(evaluations=10))
+    monkeypatch.setattr("springopt_gradient.memory.LARGEST_BYTES", 1e6)
+    with pytest.raises(
+        NotServed, match=f"{optimizer.name} would need some .* GB of memory for its Jacobian"
+    ) as refusal:
+        optimizer.minimize(problem, np.random.default_rng(0))
+    assert refusal.value.word == "memory"
+    assert problem.meter.evaluations == 0
 
 
 @pytest.mark.slow
