@@ -82,6 +82,8 @@ def solve(
     )
     if out is not None:
         _require_new(Path(out))
+    if setup is not None and setup.scene != scene:
+        raise UserError(f"the setup is of scene {setup.scene.name}, not of {scene.name}; give the one of this scene.")
     setup = setup or scene.build(threads=threads)
     if isinstance(first, EarlierRun):
         require_fits(first, setup.encoding)

@@ -122,6 +122,11 @@ class TestRefusals:
             solve(scene, **{"optimizer": "random-search", "out": out} | arguments)
         assert names(out) == []
 
+    def test_a_setup_of_another_scene(self, scene):
+        setup = scene.model_copy(update={"name": "other"}).build()
+        with pytest.raises(UserError, match="the setup is of scene other, not of nine"):
+            solve(scene, "random-search", setup=setup)
+
     def test_an_optimizer_that_the_scene_does_not_suit(self, scene, out):
         bits = type("Bits", (RandomSearch,), {"needs": ("binary",)})
         with pytest.raises(UserError, match="needs a binary encoding, which this scene does not supply"):
