@@ -4,7 +4,8 @@ Levenberg and Marquardt's method on the residuals comes first: it finds the leas
 Where the misfit is a mean distance, that is only near its minimum, and the misfit has a kink wherever a node's distance
 is zero, which many are at the minimum. So the residuals are made linear, the sum of distances of the linear ones is
 minimized kinks and all, and so on from there, as Gauss and Newton do with squares (Burke and Ferris 1995, Math.
-Program. 71). The last digits are those of L-BFGS-B by the adjoint gradient.
+Program. 71). The next minimum is looked for as far away as the last step was good for, or twice as far where all of it
+was good: a trust region. The last digits are those of L-BFGS-B by the adjoint gradient.
 """
 
 from __future__ import annotations
@@ -40,22 +41,27 @@ def least_squares_optimum(problem: Problem, start: Floats) -> Floats:
 
 def distance_optimum(problem: Problem, start: Floats, dimension: int) -> Floats:
     """The point, shape (size,), where the sum of node distances ends from a start that has an equilibrium."""
-    point, value = start, float(problem.evaluate(start[None])[0])
+    point, value, reach = start, float(problem.evaluate(start[None])[0]), np.inf
     for _ in range(STEPS):
         residuals, jacobian = problem.jacobian(point)
-        target = _linear_optimum(problem, point, residuals, jacobian, dimension)
-        before, (point, value) = value, _step_towards(problem, point, value, target)
+        target = _linear_optimum(problem, point, residuals, jacobian, dimension, reach)
+        last, before, (point, value) = point, value, _step_towards(problem, point, value, target)
         if before - value <= SMALL * before:
             break
+        aimed, made = np.abs(target - last).max(), np.abs(point - last).max()
+        reach = made if made < 0.99 * aimed else 2 * made
     return _last_digits(problem, point)
 
 
-def _linear_optimum(problem: Problem, point: Floats, residuals: Floats, jacobian: Floats, dimension: int) -> Floats:
-    """The minimum over the box of the sum of node distances of r + J (z - x)."""
+def _linear_optimum(
+    problem: Problem, point: Floats, residuals: Floats, jacobian: Floats, dimension: int, reach: float
+) -> Floats:
+    """The minimum of the sum of node distances of r + J (z - x), over the box and as far as `reach` in every number."""
     blocks = jacobian.reshape(-1, dimension, problem.size)
     goals = (jacobian @ point - residuals).reshape(-1, dimension)
     moves = blocks.any(axis=(1, 2))
-    return least_sum_of_distances(blocks[moves], goals[moves], point, problem.lower, problem.upper)
+    lower, upper = np.maximum(problem.lower, point - reach), np.minimum(problem.upper, point + reach)
+    return least_sum_of_distances(blocks[moves], goals[moves], point, lower, upper)
 
 
 def _step_towards(problem: Problem, point: Floats, value: float, target: Floats) -> tuple[Floats, float]:

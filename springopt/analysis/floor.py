@@ -21,7 +21,7 @@ from springopt.analysis.descent import distance_optimum, least_squares_optimum
 from springopt.analysis.known_floor import Floor
 from springopt.analysis.point import encode, reference_stiffness
 from springopt.budget import Budget
-from springopt.checks import Floats
+from springopt.checks import Floats, Integers
 from springopt.encoding import Real
 from springopt.errors import NoEquilibrium, UserError
 from springopt.forward.status import has_equilibrium
@@ -129,11 +129,14 @@ def _search_box(
     total = starts if squares_alone else 2 * starts + 1
     ends = [least_squares_optimum(problem, point) for point in _told(points, progress, problem, 0, total)]
     if not squares_alone:
-        dimension, different = setup.lattice.dimension, _different(problem, ends)
-        total = 2 * starts + len(different)
+        different, which = _different(problem, ends)
+        total, dimension = 2 * starts + len(different), setup.lattice.dimension
         again = _told([*points, *different], progress, problem, starts, total)
         ends = [distance_optimum(problem, point, dimension) for point in again]
-    return _found(problem, problem.evaluate(ends)[:starts], "descents on least squares and on the misfit itself")
+    values = problem.evaluate(ends)
+    if not squares_alone:  # of each start the lower of its two ends
+        values = np.minimum(values[:starts], values[starts:][which])
+    return _found(problem, values, "descents on least squares and on the misfit itself")
 
 
 def _search_bits(
@@ -171,11 +174,14 @@ def _told(points: Sequence[Floats], progress: Progress, problem: Problem, done: 
         progress(number, total, problem.best_value)
 
 
-def _different(problem: Problem, points: list[Floats]) -> list[Floats]:
-    """One of those points that have the same value, for each value."""
+def _different(problem: Problem, points: list[Floats]) -> tuple[list[Floats], Integers]:
+    """One of those points that have the same value, for each value; and for each point which of these it is."""
     values = problem.evaluate(points)
-    order = np.argsort(values, kind="stable").tolist()
-    return [points[i] for at, i in enumerate(order) if at == 0 or not _same(values[order[at - 1]], values[i])]
+    order = np.argsort(values, kind="stable")
+    is_new = [at == 0 or not _same(values[order[at - 1]], values[i]) for at, i in enumerate(order.tolist())]
+    which = np.empty(len(points), dtype=np.int64)
+    which[order] = np.cumsum(is_new) - 1
+    return [points[i] for i in order[is_new].tolist()], which
 
 
 def _start(problem: Problem, rng: np.random.Generator, given: list[Floats]) -> Floats:
