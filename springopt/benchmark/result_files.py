@@ -43,6 +43,11 @@ class ResultFiles:
     failures: list[ResultFile]
     journals: list[ResultFile]  #: of runs that have no file yet
 
+    def of(self, scenes: Container[str | None], labels: Container[str | None]) -> ResultFiles:
+        """Those that can belong to these scenes and labels."""
+        kinds = self.runs, self.refusals, self.failures, self.journals
+        return ResultFiles(*([file for file in files if file.may_be_of(scenes, labels)] for files in kinds))
+
     @property
     def scenes(self) -> set[str]:
         return {file.scene for file in [*self.runs, *self.refusals] if file.scene is not None}

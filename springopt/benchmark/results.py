@@ -68,19 +68,19 @@ def read_results(
     files = find_results(paths)
     chosen = _scenes(scenes, files) or files.scenes
     labels = optimizers or files.labels
-    records, left_out = _read([file for file in files.runs if file.may_be_of(chosen, labels)], progress)
-    refusals = [_refusal(file) for file in files.refusals if file.may_be_of(chosen, labels)]
+    asked = files.of(chosen, labels)
+    records, left_out = _read(asked.runs, progress)
     _require_known("optimizer", optimizers, files.labels | {each.method for each in records})
     _require_known("scene", chosen if scenes else (), files.scenes | {each.scene for each in records})
     records = [each for each in records if _is_asked(each, optimizers, chosen if scenes else ())]
     if not records:
         raise UserError("there is no complete run of what is to be compared; give a folder of results, or runs.")
     named, notes = on_equal_terms(records)
-    for file in files.journals:
+    for file in asked.journals:
         left_out.append(LeftOut(str(file.path), f"going on, or killed; {_finish(run_path(file.path))}"))
-    for file in files.failures:
+    for file in asked.failures:
         left_out.append(LeftOut(str(file.path), file.says("sentence")["sentence"]))
-    return Results(named, [each for each in refusals if _is_asked(each, optimizers, ())], left_out, notes)
+    return Results(named, [_refusal(file) for file in asked.refusals], left_out, notes)
 
 
 def _read(files: Sequence[ResultFile], progress: Progress | None) -> tuple[list[Record], list[LeftOut]]:
@@ -118,7 +118,7 @@ def _scenes(words: Sequence[str], files: ResultFiles) -> set[str]:
     return {scene for word in words for scene in members[word] or {word}}
 
 
-def _is_asked(each: Record | Refusal, optimizers: Collection[str], scenes: Collection[str]) -> bool:
+def _is_asked(each: Record, optimizers: Collection[str], scenes: Collection[str]) -> bool:
     return (not optimizers or each.method in optimizers) and (not scenes or each.scene in scenes)
 
 

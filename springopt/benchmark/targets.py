@@ -25,6 +25,7 @@ class Way:
     """From a scene's start, which needs no search, to the lowest value known of it."""
 
     start: float
+    start_is: str  #: what the start's value is of
     floor: float
     proven: bool  #: whether no value can be lower
     notes: tuple[str, ...] = ()  #: sentences, where start or floor are not the stored ones
@@ -52,20 +53,21 @@ def way_of(records: Sequence[Record], folders: Sequence[Path]) -> Way:
     """
     first, best = records[0], min(records, key=lambda record: record.value)
     stored = next((each for each in stored_floors(first.scene, folders) if each.digest == first.digest), None)
-    start, notes = _start(records, stored)
+    start, start_is, notes = _start(records, stored)
     floor, more = _floor(best, stored)
     notes += more
     if start <= floor:
         notes.append(f"the start of {first.scene} is not above its floor: gaps there are differences of values.")
-    return Way(start, floor, stored is not None and stored.proof is not None, tuple(notes))
+    return Way(start, start_is, floor, stored is not None and stored.proof is not None, tuple(notes))
 
 
-def _start(records: Sequence[Record], stored: Floor | None) -> tuple[float, list[str]]:
-    """The stored start; where there is none, what the runs began with."""
+def _start(records: Sequence[Record], stored: Floor | None) -> tuple[float, str, list[str]]:
+    """The stored start, what it is, and what to know of it; where there is none, what the runs began with."""
     if stored is not None and stored.start is not None:
-        return stored.start, []
+        return stored.start, stored.start_said, []
     first, scene = float(np.median([record.values[0] for record in records])), records[0].scene
-    return first, [f"no start of {scene} is stored: its place is taken by the median first value, {first:.6g}."]
+    note = f"no start of {scene} is stored: its place is taken by the median first value, {first:.6g}."
+    return first, "the median first value of these runs", [note]
 
 
 def _floor(best: Record, stored: Floor | None) -> tuple[float, list[str]]:

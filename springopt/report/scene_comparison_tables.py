@@ -13,6 +13,8 @@ from springopt.report.tables import captioned, plain_table
 
 Document = Mapping[str, Any]
 
+LONGEST_LIST = 21  # pairs, of seven methods
+
 
 def scene_tables(scene: Document, target: int) -> list[Table]:
     """One scene in full: values, running times, errors and tests."""
@@ -42,21 +44,24 @@ def _values_table(scene: Document) -> Table:
         )
     way = scene["way"]
     sure = "proven" if way["proven"] else "best known"
-    return captioned(table, f"start {way['start']:.6g}; floor {way['floor']:.9g} ({sure}).")
+    return captioned(table, f"start {way['start']:.6g} ({way['start_is']}); floor {way['floor']:.9g} ({sure}).")
 
 
 def _times_table(scene: Document, target: int) -> Table:
     table = plain_table(
         f"{scene['scene']}: expected running time to {said.power(target)} of the way",
         ["optimizer"],
-        ["reached", *UNITS.values()],
+        ["success", *UNITS.values()],
     )
     for each in scene["methods"]:
         reached = each["targets"][target]
         times = (said.estimate(reached["running_times"][unit]) for unit in UNITS)
-        table.add_row(each["method"], f"{reached['successes']} of {each['runs']}", *times)
+        rate = f"{reached['successes']} of {each['runs']} ({_percent(reached['rate'])})"
+        table.add_row(each["method"], rate, *times)
     return captioned(
-        table, "with 95 % bootstrap intervals over the runs; unsuccessful runs count with what they spent."
+        table,
+        "95 % intervals: Wilson's of the success rate, by the bootstrap over the runs of the times; "
+        "unsuccessful runs count with what they spent.",
     )
 
 
@@ -75,20 +80,41 @@ def _errors_table(scene: Document) -> Table:
 
 
 def _pairs_table(scene: Document) -> Table:
+    """A list of few pairs, a matrix of many."""
+    return _pairs_list(scene) if len(scene["pairs"]) <= LONGEST_LIST else _pairs_matrix(scene)
+
+
+def _pairs_list(scene: Document) -> Table:
     table = plain_table(
         f"{scene['scene']}: which runs end lower",
         ["optimizer", "beside"],
-        ["probability of lower", "p", "p (Holm)"],
+        ["probability of ending lower", "p", "p (Holm)"],
         ["ends lower", "test"],
     )
     for pair in scene["pairs"]:
-        table.add_row(
-            pair["first"],
-            pair["second"],
-            said.estimate(pair["lower"]),
-            said.p_value(pair["p"]),
-            said.p_value(pair["p_holm"]),
-            pair["ends_lower"] or "-",
-            pair["test"],
-        )
-    return table
+        p_values = said.p_value(pair["p"]), said.p_value(pair["p_holm"])
+        lower = pair["ends_lower"] or "-"
+        table.add_row(pair["first"], pair["second"], said.estimate(pair["lower"]), *p_values, lower, pair["test"])
+    return captioned(table, "With 95 % intervals; ends lower: at 5 % after Holm's correction for all pairs.")
+
+
+def _pairs_matrix(scene: Document) -> Table:
+    methods = [each["method"] for each in scene["methods"]]
+    numbers = [f"{number}" for number in range(1, len(methods) + 1)]
+    table = plain_table(f"{scene['scene']}: probability of ending lower", ["", "optimizer"], numbers[1:])
+    cells = {(pair["first"], pair["second"]): _cell(pair) for pair in scene["pairs"]}
+    for number, method in zip(numbers, methods, strict=True):
+        table.add_row(number, method, *(cells.get((method, other), "") for other in methods[1:]))
+    return captioned(
+        table,
+        "Of a run of the row's optimizer beside one of the column's, ties half; *: at 5 % after Holm's correction for "
+        "all pairs, or neither is random. --csv and --json have intervals and p.",
+    )
+
+
+def _cell(pair: Document) -> str:
+    return f"{pair['lower']['value']:.2f}{'*' if pair['ends_lower'] else ' '}"
+
+
+def _percent(rate: Document) -> str:
+    return f"{rate['low']:.0%} to {rate['high']:.0%}"

@@ -74,7 +74,7 @@ def test_a_tenfold_gap_counts_alike_near_the_floor_and_far_from_it() -> None:
 def test_the_share_solved_counts_scenes_targets_and_runs(record: MakeRecord) -> None:
     # One run reaches 1e-1 after 10 evaluations, another all six targets after 40; of the second scene there is no run.
     runs = [record([(10, 0.1)]), record([(40, 0.0)], seed=1)]
-    ways = {"by hand": Way(1.0, 0.0, True), "refused": Way(1.0, 0.0, True)}
+    ways = {"by hand": Way(1.0, "by hand", 0.0, True), "refused": Way(1.0, "by hand", 0.0, True)}
     curves = solved_over_budget({("by hand", "a"): runs}, ways)
     assert [curve.unit for curve in curves] == ["evaluations", "solves", "processor_seconds"]
     assert (curves[0].places[0], curves[0].places[-1]) == (10, 40)

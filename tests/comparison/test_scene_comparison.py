@@ -140,4 +140,4 @@ def test_p_values_are_corrected_over_all_pairs_of_the_scene() -> None:
 
 
 def test_a_way_knows_its_targets_without_a_start_above_the_floor() -> None:
-    assert Way(start=1.0, floor=1.0, proven=False).target(1) == 1.1
+    assert Way(start=1.0, start_is="by hand", floor=1.0, proven=False).target(1) == 1.1
