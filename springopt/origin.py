@@ -15,7 +15,7 @@ from springopt.optimizer import Optimizer
 from springopt.registry import distribution_of
 
 _LIBRARIES = ("springopt", "numpy", "scipy", "numba")
-_BESIDE_THE_ANSWERS = ("analysis", "benchmark", "cli", "report", "reproduction", "testing")
+_BESIDE_THE_ANSWERS = ("analysis", "benchmark", "cli", "comparison", "report", "reproduction", "testing")
 
 
 def this_origin(optimizer: type[Optimizer], start: type[Optimizer] | None = None) -> dict[str, str]:

@@ -32,7 +32,7 @@ LIBRARIES = {
     "rich": ["cli", "report"],
     "scipy": [
         "analysis",
-        "benchmark",
+        "comparison",
         "forward.multigrid",
         "forward.pattern",
         "forward.superlu",

@@ -15,7 +15,7 @@ from springopt.cli.outputs import TABLE_ENDINGS, require_new, require_new_folder
 from springopt.cli.results import print_table
 
 if TYPE_CHECKING:
-    from springopt.benchmark.compare import Comparison
+    from springopt.comparison import Comparison
 
 LEFT_OUT_SHOWN = 10
 
@@ -57,7 +57,7 @@ def command(
     """
     table = None if csv is None else require_new(csv, TABLE_ENDINGS)
     folder = None if figures is None else require_new_folder(figures)
-    from springopt.benchmark.compare import compare
+    from springopt.comparison import compare
 
     chosen = [shown] if shown else _names(scenes)
     with _bar() as progress:
@@ -95,13 +95,13 @@ def _names(given: Sequence[str]) -> list[str]:
 
 
 def _write(comparison: Comparison, path: Path) -> None:
-    from springopt.benchmark.rows import write_csv
+    from springopt.comparison.rows import write_csv
 
     write_csv(comparison, path)
 
 
 def _draw(comparison: Comparison, folder: Path) -> None:
-    from springopt.report.comparison_figures import comparison_figures
+    from springopt.report.comparison.figures import comparison_figures
     from springopt.report.figures import save
 
     folder.mkdir(parents=True, exist_ok=True)
@@ -112,7 +112,7 @@ def _draw(comparison: Comparison, folder: Path) -> None:
 def _print(comparison: Comparison) -> None:
     from rich.console import Console
 
-    from springopt.report.comparison_tables import cost_table, gap_tables, ranking_table, running_time_table
+    from springopt.report.comparison.tables import cost_table, gap_tables, ranking_table, running_time_table
 
     document, console = asdict(comparison), Console()
     for table in gap_tables(document, console.width if console.is_terminal else 160):
@@ -127,7 +127,7 @@ def _print(comparison: Comparison) -> None:
 
 
 def _print_scene(comparison: Comparison) -> None:
-    from springopt.report.scene_comparison_tables import scene_tables
+    from springopt.report.comparison.scene_tables import scene_tables
 
     document = asdict(comparison)
     for table in scene_tables(document["scenes"][0], comparison.target):

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from springopt.benchmark.record import Record
+from springopt.comparison.record import Record
 from springopt.random_search import RandomSearch
 from springopt.runner import solve
 from springopt.scene import Scene, load_scene

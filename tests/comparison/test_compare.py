@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from springopt.benchmark.across_scenes import rank
-from springopt.benchmark.compare import compare
-from springopt.benchmark.complete_block import complete_block
-from springopt.benchmark.method_summary import summarize
-from springopt.benchmark.profiles import solved_over_budget
-from springopt.benchmark.record import Record
-from springopt.benchmark.scene_comparison import compare_on_scene
-from springopt.benchmark.targets import Way
+from springopt.comparison.across_scenes import rank
+from springopt.comparison.comparison import compare
+from springopt.comparison.complete_block import complete_block
+from springopt.comparison.method_summary import summarize
+from springopt.comparison.profiles import solved_over_budget
+from springopt.comparison.record import Record
+from springopt.comparison.scene_comparison import compare_on_scene
+from springopt.comparison.targets import Way
 
 MakeRecord = Callable[..., Record]
 

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
-from springopt.benchmark.across_scenes import rank
-from springopt.benchmark.least_p import too_few
-from springopt.benchmark.record import Record
-from springopt.benchmark.scene_comparison import compare_on_scene
+from springopt.comparison.across_scenes import rank
+from springopt.comparison.least_p import too_few
+from springopt.comparison.record import Record
+from springopt.comparison.scene_comparison import compare_on_scene
 
 MakeRecord = Callable[..., Record]
 

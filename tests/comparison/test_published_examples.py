@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.stats import PermutationMethod, friedmanchisquare, norm, rankdata, tiecorrect, wilcoxon
 
-from springopt.benchmark.across_scenes import critical_difference, friedman, iman_davenport, rank, signed_ranks
-from springopt.benchmark.effect_size import probability_of_lower, rank_biserial
-from springopt.benchmark.holm import holm
-from springopt.benchmark.profiles import performance_profile
-from springopt.benchmark.running_time import expected_running_time, running_time
+from springopt.comparison.across_scenes import critical_difference, friedman, iman_davenport, rank, signed_ranks
+from springopt.comparison.effect_size import probability_of_lower, rank_biserial
+from springopt.comparison.holm import holm
+from springopt.comparison.profiles import performance_profile
+from springopt.comparison.running_time import expected_running_time, running_time
 
 #: Demsar (2006), Table 6: AUC of C4.5, C4.5+m, C4.5+cf and C4.5+m+cf on 14 data sets, in thousandths. The ranks printed
 #: beside them tell the two 975 of the data set "voting" apart, which are rounded: half a thousandth does here.

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from springopt.benchmark.record import Record, mean_error
-from springopt.benchmark.results import read_results
-from springopt.benchmark.terms import on_equal_terms
+from springopt.comparison.record import Record, mean_error
+from springopt.comparison.results import read_results
+from springopt.comparison.terms import on_equal_terms
 from springopt.errors import UserError
 from springopt.runner import solve
 from springopt.scene import Scene
@@ -84,7 +84,7 @@ def test_a_choice_that_nothing_has_is_a_mistake(folder: Path, chosen: dict[str, 
 
 def test_a_group_names_its_scenes(record: MakeRecord, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     heads = {"nine": SceneHead("nine", "Nine", "small", "here"), "ten": SceneHead("ten", "Ten", "small", "here")}
-    monkeypatch.setattr("springopt.benchmark.results.bundled_scenes", lambda: heads)
+    monkeypatch.setattr("springopt.comparison.results.bundled_scenes", lambda: heads)
     assert len(read_results([folder], scenes=["small"]).records) == 6
 
 

@@ -4,8 +4,8 @@ import csv
 import math
 from pathlib import Path
 
-from springopt.benchmark.compare import compare
-from springopt.benchmark.rows import rows, write_csv
+from springopt.comparison.comparison import compare
+from springopt.comparison.rows import rows, write_csv
 
 
 def test_every_number_is_found_by_its_headings(two_scenes: Path) -> None:

@@ -8,10 +8,10 @@ import pytest
 
 from springopt.analysis import known_floor
 from springopt.analysis.known_floor import Floor
-from springopt.benchmark.record import Record
-from springopt.benchmark.scene_comparison import compare_on_scene
-from springopt.benchmark.targets import SOLVED, Way, clipped, way_of
-from springopt.benchmark.within_scene import Sample, compare_pairs
+from springopt.comparison.record import Record
+from springopt.comparison.scene_comparison import compare_on_scene
+from springopt.comparison.targets import SOLVED, Way, clipped, way_of
+from springopt.comparison.within_scene import Sample, compare_pairs
 
 MakeRecord = Callable[..., Record]
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from springopt.report.comparison_figures import comparison_figures
-from springopt.report.critical_difference import draw_critical_difference, groups
+from springopt.report.comparison.critical_difference import draw_critical_difference, groups
+from springopt.report.comparison.figures import comparison_figures
+from springopt.report.comparison.method_lines import LINE_HEIGHT, looks
+from springopt.report.comparison.running_time_map import draw_running_times
 from springopt.report.figures import save
-from springopt.report.method_lines import LINE_HEIGHT, looks
-from springopt.report.running_time_map import draw_running_times
 
 METHODS = [f"optimizer-{number}" for number in range(18)]
 UNITS = ("evaluations", "solves", "processor_seconds")

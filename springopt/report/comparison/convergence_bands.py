@@ -15,8 +15,8 @@ from matplotlib.ticker import LogLocator
 
 from springopt.checks import Floats
 from springopt.report import style
-from springopt.report.method_lines import COLOURS
-from springopt.report.said import SOLVED
+from springopt.report.comparison.method_lines import COLOURS
+from springopt.report.comparison.said import SOLVED
 
 MOST_COLUMNS = 6
 LOWEST = SOLVED / 2  # where a gap is drawn that is solved

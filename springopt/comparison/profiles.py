@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from springopt.benchmark.record import UNITS, Record
-from springopt.benchmark.targets import TARGETS, Way
 from springopt.checks import Floats
+from springopt.comparison.record import UNITS, Record
+from springopt.comparison.targets import TARGETS, Way
 
 POINTS_A_DECADE = 20
 

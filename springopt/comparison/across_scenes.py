@@ -17,9 +17,9 @@ import numpy as np
 from scipy.stats import f as f_distribution
 from scipy.stats import friedmanchisquare, rankdata, studentized_range
 
-from springopt.benchmark.effect_size import rank_biserial
-from springopt.benchmark.holm import holm
 from springopt.checks import Floats
+from springopt.comparison.effect_size import rank_biserial
+from springopt.comparison.holm import holm
 
 ALPHA = 0.05
 

@@ -6,8 +6,8 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.stats import norm, rankdata
 
-from springopt.benchmark.running_time import CONFIDENCE, Estimate
 from springopt.checks import Floats
+from springopt.comparison.running_time import CONFIDENCE, Estimate
 
 
 def probability_of_lower(first: Floats, second: Floats) -> Estimate:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import comb
 
-from springopt.benchmark.across_scenes import Ranking
-from springopt.benchmark.scene_comparison import SceneComparison
-from springopt.benchmark.within_scene import ALPHA
+from springopt.comparison.across_scenes import Ranking
+from springopt.comparison.scene_comparison import SceneComparison
+from springopt.comparison.within_scene import ALPHA
 
 
 def too_few(scenes: Sequence[SceneComparison], ranking: Ranking | None) -> list[str]:

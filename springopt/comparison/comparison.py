@@ -11,16 +11,16 @@ from typing import Any
 
 import numpy as np
 
-from springopt.benchmark.across_scenes import Ranking, rank
-from springopt.benchmark.complete_block import Block, complete_block
-from springopt.benchmark.least_p import too_few
-from springopt.benchmark.method_summary import MethodSummary, summarize
-from springopt.benchmark.profiles import Curves, performance_profile, solved_over_budget
-from springopt.benchmark.record import UNITS, Record
-from springopt.benchmark.results import LeftOut, Progress, Refusal, Results, read_results
-from springopt.benchmark.scene_comparison import SceneComparison, compare_on_scene
-from springopt.benchmark.targets import clipped
-from springopt.benchmark.terms import grouped
+from springopt.comparison.across_scenes import Ranking, rank
+from springopt.comparison.complete_block import Block, complete_block
+from springopt.comparison.least_p import too_few
+from springopt.comparison.method_summary import MethodSummary, summarize
+from springopt.comparison.profiles import Curves, performance_profile, solved_over_budget
+from springopt.comparison.record import UNITS, Record
+from springopt.comparison.results import LeftOut, Progress, Refusal, Results, read_results
+from springopt.comparison.scene_comparison import SceneComparison, compare_on_scene
+from springopt.comparison.targets import clipped
+from springopt.comparison.terms import grouped
 
 
 @dataclass(frozen=True)

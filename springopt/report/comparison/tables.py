@@ -11,8 +11,8 @@ from typing import Any
 from rich.table import Table
 from rich.text import Text
 
-from springopt.report import said
-from springopt.report.said import SOLVED, UNITS
+from springopt.report.comparison import said
+from springopt.report.comparison.said import SOLVED, UNITS
 from springopt.report.tables import captioned, plain_table
 
 Document = Mapping[str, Any]

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
-from springopt.benchmark.course import Course, course_of
-from springopt.benchmark.record import UNITS, Record
-from springopt.benchmark.running_time import Estimate, running_time, success_rate
-from springopt.benchmark.targets import TARGETS, Way, clipped, way_of
-from springopt.benchmark.terms import grouped
-from springopt.benchmark.within_scene import Pair, Sample, compare_pairs
 from springopt.checks import Floats
+from springopt.comparison.course import Course, course_of
+from springopt.comparison.record import UNITS, Record
+from springopt.comparison.running_time import Estimate, running_time, success_rate
+from springopt.comparison.targets import TARGETS, Way, clipped, way_of
+from springopt.comparison.terms import grouped
+from springopt.comparison.within_scene import Pair, Sample, compare_pairs
 
 
 @dataclass(frozen=True)

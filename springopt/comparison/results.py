@@ -6,9 +6,9 @@ from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from springopt.benchmark.record import Record, record_of
-from springopt.benchmark.result_files import ResultFile, ResultFiles, find_results
-from springopt.benchmark.terms import on_equal_terms
+from springopt.comparison.record import Record, record_of
+from springopt.comparison.result_files import ResultFile, ResultFiles, find_results
+from springopt.comparison.terms import on_equal_terms
 from springopt.errors import RunFileError, UserError, did_you_mean
 from springopt.journal import journal_path, run_path
 from springopt.scene import bundled_scenes

@@ -10,7 +10,8 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from springopt.report import said, style
+from springopt.report import style
+from springopt.report.comparison import said
 
 WIDTH = 7.0  # inches
 STEP = 0.17  # inches between two names

@@ -15,10 +15,10 @@ from typing import Literal
 import numpy as np
 from scipy.stats import binomtest, mannwhitneyu
 
-from springopt.benchmark.effect_size import probability_of_lower
-from springopt.benchmark.holm import holm
-from springopt.benchmark.running_time import Estimate, success_rate
 from springopt.checks import Floats
+from springopt.comparison.effect_size import probability_of_lower
+from springopt.comparison.holm import holm
+from springopt.comparison.running_time import Estimate, success_rate
 
 TestName = Literal["Mann-Whitney", "sign", "none"]
 Verdict = tuple[TestName, float | None, Estimate]  # p, and how probably the first ends lower

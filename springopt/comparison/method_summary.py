@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from springopt.benchmark.record import UNITS
-from springopt.benchmark.scene_comparison import MethodOnScene, SceneComparison
+from springopt.comparison.record import UNITS
+from springopt.comparison.scene_comparison import MethodOnScene, SceneComparison
 
 
 @dataclass(frozen=True)

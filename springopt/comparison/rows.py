@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from springopt.benchmark.compare import Comparison
-from springopt.benchmark.running_time import Estimate
-from springopt.benchmark.scene_comparison import MethodOnScene, SceneComparison, Spread
+from springopt.comparison.comparison import Comparison
+from springopt.comparison.running_time import Estimate
+from springopt.comparison.scene_comparison import MethodOnScene, SceneComparison, Spread
 from springopt.errors import UserError
 
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from springopt.analysis.known_floor import Floor, stored_floors
-from springopt.benchmark.record import Record
 from springopt.checks import Floats
+from springopt.comparison.record import Record
 from springopt.scene.bundled import scene_file
 
 #: Targets, as negative powers of ten of the way from the start to the floor.

@@ -7,7 +7,7 @@ from dataclasses import replace
 from itertools import groupby
 from typing import Any
 
-from springopt.benchmark.record import Record
+from springopt.comparison.record import Record
 from springopt.errors import UserError
 
 

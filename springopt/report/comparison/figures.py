@@ -7,14 +7,14 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from springopt.report.convergence_bands import draw_bands
-from springopt.report.critical_difference import draw_critical_difference
-from springopt.report.running_time_map import draw_running_times
-from springopt.report.solved_shares import draw_over_budget, draw_profiles
+from springopt.report.comparison.convergence_bands import draw_bands
+from springopt.report.comparison.critical_difference import draw_critical_difference
+from springopt.report.comparison.running_time_map import draw_running_times
+from springopt.report.comparison.solved_shares import draw_over_budget, draw_profiles
 
 
 def comparison_figures(comparison: Mapping[str, Any]) -> Iterator[tuple[str, Figure]]:
-    """Each figure with its name; the comparison as a document, as in `comparison_tables`."""
+    """Each figure with its name; the comparison as a document, as in `tables`."""
     methods = [each["method"] for each in comparison["methods"]]
     served = {each["method"]: each["scenes"] for each in comparison["methods"]}
     scenes = len(comparison["scenes"])

@@ -13,8 +13,9 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 
-from springopt.report import said, style
-from springopt.report.said import UNITS
+from springopt.report import style
+from springopt.report.comparison import said
+from springopt.report.comparison.said import UNITS
 
 COLOURS = colormaps["cividis"]
 NORM = LogNorm(1, 1000)

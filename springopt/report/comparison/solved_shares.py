@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
 from springopt.report import style
-from springopt.report.method_lines import LINE_HEIGHT, looks, name_ends
-from springopt.report.said import UNITS
+from springopt.report.comparison.method_lines import LINE_HEIGHT, looks, name_ends
+from springopt.report.comparison.said import UNITS
 
 Curves = Mapping[str, Any]
 

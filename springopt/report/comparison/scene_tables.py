@@ -7,8 +7,8 @@ from typing import Any
 
 from rich.table import Table
 
-from springopt.report import said
-from springopt.report.said import UNITS
+from springopt.report.comparison import said
+from springopt.report.comparison.said import UNITS
 from springopt.report.tables import captioned, plain_table
 
 Document = Mapping[str, Any]
