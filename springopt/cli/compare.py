@@ -69,7 +69,7 @@ def command(
     if as_json:
         click.echo(comparison.to_json())
     elif shown:
-        _print_scene(comparison)
+        _print_scenes(comparison)
     else:
         _print(comparison)
 
@@ -126,12 +126,12 @@ def _print(comparison: Comparison) -> None:
     _print_notes(comparison)
 
 
-def _print_scene(comparison: Comparison) -> None:
+def _print_scenes(comparison: Comparison) -> None:
     from springopt.report.comparison.scene_tables import scene_tables
 
-    document = asdict(comparison)
-    for table in scene_tables(document["scenes"][0], comparison.target):
-        print_table(table)
+    for scene in asdict(comparison)["scenes"]:
+        for table in scene_tables(scene, comparison.target):
+            print_table(table)
     for refusal in comparison.refusals:
         click.echo(f"Not served: {refusal.sentence}")
     _print_notes(comparison)

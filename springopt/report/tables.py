@@ -31,8 +31,8 @@ def plain_table(title: str, names: Iterable[str], numbers: Iterable[str] = (), t
 
 
 def captioned(table: Table, caption: str) -> Table:
-    """The table with a caption below, to the left."""
-    table.caption, table.caption_justify = caption, "left"
+    """The table with a caption below, to the left; wide enough to read it."""
+    table.caption, table.caption_justify, table.min_width = caption, "left", 72
     return table
 
 

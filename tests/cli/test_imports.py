@@ -32,6 +32,15 @@ def test_listing_optimizers_imports_neither_kernels_nor_figures() -> None:
     assert not imported("list", "optimizers") & {"numba", "matplotlib", "h5py", "skfem", "pydantic"}
 
 
+def test_comparing_imports_statistics_but_neither_kernels_nor_figures(tmp_path: Path) -> None:
+    assert not imported("compare", "--help") & {"numpy", "scipy", "rich", "h5py", "matplotlib"}
+    run = str(tmp_path / "run.h5")
+    imported("solve", "paper-fem-2d-4", "--optimizer", "random-search", "--evaluations", "3", "--out", run)
+    loaded = imported("compare", run)
+    assert "scipy" in loaded
+    assert not loaded & {"numba", "matplotlib", "skfem", "pydantic"}
+
+
 def test_checking_a_scene_imports_no_kernels() -> None:
     script = "import sys, springopt; springopt.load_scene('paper-stiffness-2d'); print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)

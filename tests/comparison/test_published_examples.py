@@ -105,7 +105,7 @@ class TestRunningTime:
         assert expected_running_time(spent, solved) == 115
 
     def test_it_is_the_mean_of_simulated_restarts(self) -> None:
-        # What the definition estimates: runs are drawn until one succeeds (Hansen and others 2016, section 4).
+        # What the definition estimates: runs are drawn until one succeeds (Hansen and others 2016).
         spent, solved = np.array([1.0, 2, 4, 2, 6, 100]), np.array([True] + [False] * 5)
         rng, restarts = np.random.default_rng(0), []
         for _ in range(20_000):
@@ -121,7 +121,7 @@ class TestRunningTime:
         assert expected_running_time(np.full(10, 100.0), np.zeros(10, dtype=bool)) == np.inf
 
     def test_success_and_failure_add_up_as_in_coco_s_other_form(self) -> None:
-        # Mean of the successful + (1 - p) / p times the mean of the unsuccessful (Hansen and others 2016, section 5).
+        # Mean of the successful + (1 - p) / p times the mean of the unsuccessful (Hansen and others 2016).
         spent, solved = np.array([10.0, 30, 50, 90]), np.array([True, True, False, False])
         assert expected_running_time(spent, solved) == 20 + (1 - 0.5) / 0.5 * 70
 

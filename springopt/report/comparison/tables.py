@@ -33,12 +33,12 @@ def gap_tables(comparison: Document, width: int) -> list[Table]:
     else:
         grid = [[cells.get((scene, method), Text("-")) for scene in scenes] for method in methods]
         tables = _split("optimizer", methods, scenes, grid, width)
-    tables[-1].caption = (
+    captioned(
+        tables[-1],
         "Median gap over the runs: the share of the way from the start to the floor that is left. "
         "solved: at most 1e-6; bold: the lowest on the scene; a word: why the optimizer can't serve the scene; "
-        "=: all runs, whatever their seeds, are the same."
+        "=: all runs, whatever their seeds, are the same.",
     )
-    tables[-1].caption_justify = "left"
     return tables
 
 
