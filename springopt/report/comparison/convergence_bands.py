@@ -19,21 +19,22 @@ from springopt.report.comparison.method_lines import COLOURS
 from springopt.report.comparison.said import SOLVED
 
 MOST_COLUMNS = 6
+WIDTH_OF_TITLE = 5.6  # inches
 LOWEST = SOLVED / 2  # where a gap is drawn that is solved
 
 
 def draw_bands(scene: Mapping[str, Any]) -> Figure:
     """Median and quartiles of the gap over the evaluations, for each method on the scene."""
     methods = scene["methods"]
-    columns = min(len(methods), MOST_COLUMNS, max(3, ceil(len(methods) / 3)))
-    rows = ceil(len(methods) / columns)
-    width, height = 1.5 * columns + 0.65, 1.35 * rows + 0.75
+    rows = ceil(len(methods) / MOST_COLUMNS)
+    columns = ceil(len(methods) / rows)
+    width, height = max(1.5 * columns + 0.65, WIDTH_OF_TITLE), 1.35 * rows + 0.75
     with rc_context(style.SETTINGS):
         figure = Figure(figsize=(width, height))
         title = f"{scene['scene']}: gap to the floor over the evaluations"
         figure.text(0.1 / width, 1 - 0.17 / height, title, fontsize=9.5, fontweight="bold", va="center")
         figure.supxlabel("evaluations", fontsize=8, y=0.05 / height, va="bottom")
-        figure.supylabel("gap: share of the way that is left", fontsize=8, x=0.05 / width, ha="left")
+        figure.supylabel("gap", fontsize=8, x=0.05 / width, ha="left")
         grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).ravel()
         figure.subplots_adjust(0.6 / width, 0.45 / height, 1 - 0.05 / width, 1 - 0.55 / height, wspace=0.12, hspace=0.3)
         _scale(grid[0], methods)
@@ -43,7 +44,7 @@ def draw_bands(scene: Mapping[str, Any]) -> Figure:
             axes.set_axis_off()
         for axes in grid[len(methods) - columns : len(methods)]:
             axes.tick_params(labelbottom=True)
-        grid[0].text(1.15, 0.9, "start", fontsize=6, va="top")
+        grid[0].text(0.98, 1.25, "start", fontsize=6, ha="right", transform=grid[0].get_yaxis_transform())
     return figure
 
 
