@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager, redirect_stdout
+from contextlib import redirect_stdout
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
+from springopt.cli.bar import bar_over_runs
 from springopt.cli.main import COMMANDS
-
-if TYPE_CHECKING:
-    from springopt.benchmark.execute import Progress, Standing
 
 FOLDER = click.Path(file_okay=False, path_type=Path)
 
@@ -33,27 +29,6 @@ def command(quick: bool, only: tuple[str, ...], workers: int, out: Path, runs: P
     from springopt.reproduction.extent import FULL, QUICK
     from springopt.reproduction.reproduce import reproduce
 
-    with redirect_stdout(sys.stderr), _progress_bar() as progress:
+    with redirect_stdout(sys.stderr), bar_over_runs() as progress:
         page = reproduce(out, QUICK if quick else FULL, only=only, runs=runs, workers=workers, progress=progress)
     click.echo(f"Page: {page}")
-
-
-@contextmanager
-def _progress_bar() -> Iterator[Progress | None]:
-    """A bar over all runs on standard error, if that is a terminal."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
-
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield None
-        return
-    columns = (BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[left]}"))
-    with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("", total=None, left="getting ready")
-
-        def tell(standing: Standing) -> None:
-            left = "" if standing.seconds_left is None else f"{standing.seconds_left / 60:.0f} min left"
-            bar.update(task, completed=standing.ended, total=standing.jobs, left=left)
-
-        yield tell

@@ -12,7 +12,6 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from springopt.checks import Booleans, Floats
 from springopt.lattice import SpringLattice
@@ -49,7 +48,7 @@ def draw_identified(identified: Identified) -> Figure:
         left.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
         if np.isfinite(identified.standard_errors).any():
             bar = figure.colorbar(ScalarMappable(norm, COLOURS), ax=left, label=LABEL, shrink=0.85, pad=0.02)
-            _plain_ticks(bar.ax)
+            style.plain_ticks(bar.ax.yaxis)
         _draw_order(right, identified, norm)
         if handles := _legend(identified):
             figure.legend(handles=handles, loc="outside lower center", ncols=2, **style.LEGEND)
@@ -85,14 +84,7 @@ def _draw_order(axes: Axes, identified: Identified, norm: LogNorm) -> None:
     axes.set_yscale("log")
     axes.set_ylim(norm.vmin / 1.3, norm.vmax * 1.6)  # type: ignore[operator]
     axes.set_xlabel("springs, best first")
-    _plain_ticks(axes)
-
-
-def _plain_ticks(axes: Axes) -> None:
-    """0.1, 0.2, 0.5, 1 and so on, and not powers of ten alone."""
-    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda number, _: f"{number:g}"))
-    axes.yaxis.set_minor_locator(NullLocator())
+    style.plain_ticks(axes.yaxis)
 
 
 def _not_identified(identified: Identified) -> dict[str, Booleans]:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from matplotlib.axis import Axis
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+
 from springopt.checks import Floats
 
 REFERENCE = "#0072B2"
@@ -59,3 +62,10 @@ def bottom(values: Floats) -> float:
     """Where a log scale shows zero: a decade below the least positive value."""
     positive = values[values > 0]
     return float(positive.min()) / 10 if positive.size else 1e-16
+
+
+def plain_ticks(axis: Axis) -> None:
+    """On a log scale 0.1, 0.2, 0.5, 1 and so on, and not powers of ten alone."""
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda number, _: f"{number:g}"))
+    axis.set_minor_locator(NullLocator())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from springopt.benchmark import Job
@@ -10,8 +11,8 @@ from springopt.reproduction.extent import Extent
 from springopt.scene import Scene
 
 PAPER_GA = "paper-ga"
-#: The strong ones, and the weakest there is; each where it serves the encoding.
-BASELINES = ("gauss-newton", "l-bfgs-b", "balance", "analytic", "pymoo-cma-es", "pymoo-ga", "random-search")
+#: The strong ones, and the weakest there is.
+BASELINES = ("gauss-newton", "l-bfgs-b", "balance", "analytic", "pymoo-cma-es", "random-search")
 #: They draw nothing at random.
 FORMULAS = ("balance", "analytic")
 
@@ -25,7 +26,7 @@ def ga_jobs(
     target: float | None = None,
 ) -> list[Job]:
     """The genetic algorithm on a scene, once a seed."""
-    return _jobs(scene, PAPER_GA, extent, extent.seeds, label, options, target)
+    return make_jobs(scene, PAPER_GA, extent, extent.seeds, label=label, options=options, target=target)
 
 
 def baseline_jobs(
@@ -33,29 +34,30 @@ def baseline_jobs(
 ) -> list[Job]:
     """The baselines on the same scene, with the same budget."""
     seeds = {name: extent.baseline_seeds[: 1 if name in FORMULAS else None] for name in baselines}
-    return [job for name in baselines for job in _jobs(scene, name, extent, seeds[name], name, {}, target)]
+    return [job for name in baselines for job in make_jobs(scene, name, extent, seeds[name], target=target)]
 
 
-def _jobs(
+def make_jobs(
     scene: Scene,
     optimizer: str,
     extent: Extent,
     seeds: Sequence[int],
-    label: str,
-    options: Mapping[str, Any] | None,
-    target: float | None,
+    *,
+    label: str = "",
+    options: Mapping[str, Any] | None = None,
+    target: float | None = None,
+    start: str | None = None,
 ) -> list[Job]:
+    """One optimizer on a scene, with its own budget as far as the extent goes."""
     limits = {"evaluations": extent.evaluations(scene)} | ({} if target is None else {"target": target})
-    text = scene.to_json()
-    return [
-        Job(
-            scene=text,
-            scene_name=scene.name,
-            optimizer=optimizer,
-            seed=seed,
-            limits=limits,
-            options=options or {},
-            label=label,
-        )
-        for seed in seeds
-    ]
+    one = Job(
+        scene=scene.to_json(),
+        scene_name=scene.name,
+        optimizer=optimizer,
+        seed=0,
+        limits=limits,
+        options=options or {},
+        label=label,
+        start=start,
+    )
+    return [replace(one, seed=seed) for seed in seeds]

@@ -69,3 +69,12 @@ def test_names_differ_and_a_quick_run_is_shorter() -> None:
     scene = load_scene("paper-fem-2d")
     assert QUICK.evaluations(scene) < FULL.evaluations(scene) == 30_000
     assert QUICK.evaluations(load_scene("paper-fem-2d-two-class")) == 2_000
+
+
+@pytest.mark.slow
+def test_every_experiment_has_its_section_and_its_pictures_however_short_the_runs(tmp_path: Path) -> None:
+    text = reproduce(tmp_path / "out", TINY).read_text(encoding="utf-8")
+    assert [line[3:] for line in text.splitlines() if line.startswith("## ")] == [each.title for each in EXPERIMENTS]
+    shown = {path.split("/")[1] for path in re.findall(r"!\[[^]]*\]\(([^)]*)\)", text)}
+    assert shown == {path.name for path in (tmp_path / "out" / "reproduction").iterdir()}
+    assert "nan" not in text.lower().split()
