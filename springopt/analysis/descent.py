@@ -50,7 +50,7 @@ def distance_optimum(problem: Problem, start: Floats, dimension: int) -> Floats:
             break
         aimed, made = np.abs(target - last).max(), np.abs(point - last).max()
         reach = made if made < 0.99 * aimed else 2 * made
-    return _last_digits(problem, point)
+    return gradient_optimum(problem, point)
 
 
 def _linear_optimum(
@@ -81,7 +81,9 @@ def _step_towards(problem: Problem, point: Floats, value: float, target: Floats)
     return best, lowest
 
 
-def _last_digits(problem: Problem, point: Floats) -> Floats:
+def gradient_optimum(problem: Problem, start: Floats) -> Floats:
+    """The point, shape (size,), where L-BFGS-B by the adjoint gradient ends; it needs no Jacobian."""
+
     def value_and_gradient(trial: Floats) -> tuple[float, Floats]:
         try:
             return problem.gradient(trial)
@@ -90,4 +92,4 @@ def _last_digits(problem: Problem, point: Floats) -> Floats:
 
     box = list(zip(problem.lower, problem.upper, strict=True))
     stop = {"maxcor": 30, "maxiter": 500, "ftol": 1e-15, "gtol": 1e-14}
-    return minimize(value_and_gradient, point, jac=True, bounds=box, method="L-BFGS-B", options=stop).x
+    return minimize(value_and_gradient, start, jac=True, bounds=box, method="L-BFGS-B", options=stop).x

@@ -15,7 +15,7 @@ from springopt.cli.runs import read_run
 from springopt.errors import UserError
 
 if TYPE_CHECKING:
-    from springopt.analysis.floor import Progress
+    from springopt.analysis.floor_search import Progress
     from springopt.analysis.known_floor import Floor
     from springopt.scene import Scene
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from lines import line
 
+from springopt.analysis import floor_search
 from springopt.analysis.analytic_start import analytic_start
 from springopt.analysis.floor import compute_floor, floor_at
 from springopt.analysis.known_floor import Floor, floor_file, read_floor, store_floor, stored_floors
@@ -171,6 +172,16 @@ def test_a_digest_is_of_what_decides_the_values() -> None:
     assert changed(load_cases=cases | {"scale": 1.1}).digest() != scene.digest()
     assert changed(objective={"minimize": "least-squares"}).digest() != scene.digest()
     assert Scene.from_json(scene.to_json()).digest() == scene.digest()
+
+
+def test_where_a_jacobian_is_too_large_gradients_lead_to_the_floor(monkeypatch: pytest.MonkeyPatch) -> None:
+    setup = line(STAR, PULLS, stiffness=20.0, objective={"minimize": "least-squares"})
+    by_jacobian = compute_floor(setup, starts=2)
+    monkeypatch.setattr(floor_search, "LARGE", 1)
+    by_gradient = compute_floor(setup, starts=2)
+    assert by_gradient.evidence["method"] == "descents by the gradient, L-BFGS-B"
+    assert by_gradient.value == pytest.approx(by_jacobian.value, rel=1e-9)
+    assert by_gradient.point == [10.0, 10.0, 10.0]
 
 
 def test_who_watches_is_told_of_every_descent() -> None:
