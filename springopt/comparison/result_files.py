@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Container, Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,14 +12,29 @@ from springopt.benchmark.outcome import REFUSED
 from springopt.errors import UserError
 from springopt.journal import run_path
 
+IN_PLACE = re.compile(rf"seed\d+\.|{re.escape(REFUSED)}$")  # names of files in a folder of results
+
 
 @dataclass(frozen=True)
 class ResultFile:
-    """A file, and in a folder of results `FOLDER/<scene>/<label>/` whose it is by its place."""
+    """A file, and in a place as `<scene>/<label>/seed<N>.h5` whose it is by its place."""
 
     path: Path
-    scene: str | None = None
-    label: str | None = None
+    is_named: bool = False  #: by the user, and not found in a folder
+
+    @property
+    def scene(self) -> str | None:
+        return self._place[0]
+
+    @property
+    def label(self) -> str | None:
+        return self._place[1]
+
+    @property
+    def _place(self) -> tuple[str, str] | tuple[None, None]:
+        label = self.path.absolute().parent
+        in_place = IN_PLACE.match(self.path.name) and not self.is_named
+        return (label.parent.name, label.name) if in_place else (None, None)
 
     def may_be_of(self, scenes: Container[str | None], labels: Container[str | None]) -> bool:
         """Whether it can belong to one of these; of a file in no such place only reading it tells."""
@@ -64,15 +80,10 @@ def find_results(paths: Iterable[str | Path]) -> ResultFiles:
         if not path.exists():
             raise UserError(f"there is nothing at {path}; give a folder of results, or run files.")
         if path.is_file():
-            found["*.h5"].setdefault(path.resolve(), ResultFile(path))
+            found["*.h5"].setdefault(path.resolve(), ResultFile(path, is_named=True))
             continue
         for pattern, files in found.items():
             for file in sorted(path.rglob(pattern)):
-                files.setdefault(file.resolve(), _in_folder(file, path))
+                files.setdefault(file.resolve(), ResultFile(file))
     runs, refusals, failures, journals = (list(files.values()) for files in found.values())
     return ResultFiles(runs, refusals, failures, [file for file in journals if not run_path(file.path).exists()])
-
-
-def _in_folder(file: Path, folder: Path) -> ResultFile:
-    parts = file.relative_to(folder).parts
-    return ResultFile(file, *parts[:2]) if len(parts) == 3 else ResultFile(file)

@@ -11,6 +11,7 @@ from springopt.comparison.result_files import ResultFile, ResultFiles, find_resu
 from springopt.comparison.terms import on_equal_terms
 from springopt.errors import RunFileError, UserError, did_you_mean
 from springopt.journal import journal_path, run_path
+from springopt.run import Run
 from springopt.scene import bundled_scenes
 from springopt.store import read_run
 
@@ -76,11 +77,10 @@ def read_results(
     if not records:
         raise UserError("there is no complete run of what is to be compared; give a folder of results, or runs.")
     named, notes = on_equal_terms(records)
-    for file in asked.journals:
-        left_out.append(LeftOut(str(file.path), f"going on, or killed; {_finish(run_path(file.path))}"))
-    for file in asked.failures:
-        left_out.append(LeftOut(str(file.path), file.says("sentence")["sentence"]))
-    return Results(named, [_refusal(file) for file in asked.refusals], left_out, notes)
+    refusals = [_refusal(file) for file in asked.refusals]
+    left_out += [LeftOut(str(file.path), _why_unfinished(file)) for file in asked.journals]
+    left_out += [LeftOut(str(file.path), file.says("sentence")["sentence"]) for file in asked.failures]
+    return Results(named, refusals, left_out, notes)
 
 
 def _read(files: Sequence[ResultFile], progress: Progress | None) -> tuple[list[Record], list[LeftOut]]:
@@ -93,8 +93,7 @@ def _read(files: Sequence[ResultFile], progress: Progress | None) -> tuple[list[
             left_out.append(LeftOut(str(file.path), str(error)))
         else:
             if run.complete and not journal_path(file.path).exists():
-                label = file.label if file.scene == run.scene else None
-                records.append(record_of(order, run, file.path, label or run.method))
+                records.append(record_of(order, run, file.path, _method(file.path, run)))
             else:
                 left_out.append(LeftOut(str(file.path), f"interrupted; {_finish(file.path)}"))
         if progress:
@@ -102,8 +101,18 @@ def _read(files: Sequence[ResultFile], progress: Progress | None) -> tuple[list[
     return records, left_out
 
 
+def _method(path: Path, run: Run) -> str:
+    """The label, if the file lies in a folder of that name below one of the scene's."""
+    label = path.absolute().parent
+    return label.name if label.parent.name == run.scene else run.method
+
+
 def _finish(path: Path) -> str:
     return f"finish it with springopt solve --resume {path}"
+
+
+def _why_unfinished(journal: ResultFile) -> str:
+    return f"going on, or killed; {_finish(run_path(journal.path))}"
 
 
 def _refusal(file: ResultFile) -> Refusal:

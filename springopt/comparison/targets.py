@@ -16,7 +16,7 @@ from springopt.scene.bundled import scene_file
 #: Targets, as negative powers of ten of the way from the start to the floor.
 TARGETS = (1, 2, 3, 4, 5, 6)
 
-#: Gaps up to the last target are no different: whoever is there has solved the scene, to the forward solve's tolerance.
+#: Gaps up to the last target are equal: whoever is there has solved the scene, near the forward solve's tolerance.
 SOLVED = 10.0 ** -TARGETS[-1]
 
 

@@ -46,6 +46,18 @@ def test_files_and_folders_may_be_mixed_and_no_run_counts_twice(folder: Path) ->
     assert len(read_results([run, folder, folder / "nine"]).records) == 6
 
 
+def test_a_run_that_is_named_is_read_wherever_it_lies(nine: Scene, folder: Path, tmp_path: Path) -> None:
+    solve(nine, "random-search", evaluations=4, out=tmp_path / "seed0.h5")
+    results = read_results([tmp_path / "seed0.h5", folder], scenes=["nine"], optimizers=["random-search", "wide"])
+    assert results.methods == ["random-search", "wide"]
+
+
+def test_one_scene_s_folder_keeps_its_labels_and_refusals(folder: Path) -> None:
+    results = read_results([folder / "nine"], optimizers=["wide", "stubborn"])
+    assert results.methods == ["stubborn", "wide"]
+    assert results.refusals[0].scene == "nine"
+
+
 def test_a_run_outside_a_folder_of_results_goes_by_its_optimizer(nine: Scene, tmp_path: Path) -> None:
     solve(nine, "random-search", evaluations=4, out=tmp_path / "mine.h5")
     (record,) = read_results([tmp_path / "mine.h5"]).records
