@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from springopt.errors import UserError
 from springopt.run import Run
 
 if TYPE_CHECKING:
@@ -82,10 +83,13 @@ def stopped(job: Job, sentence: str) -> Outcome:
 
 def write_json(path: Path, contents: dict[str, Any]) -> None:
     """Writes a document under a temporary name, so that at no time there is half a file."""
-    path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_name(f"{path.name}.{os.getpid()}.partial")
-    partial.write_text(json.dumps(contents, indent=1) + "\n", encoding="utf-8")
-    partial.replace(path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        partial.write_text(json.dumps(contents, indent=1) + "\n", encoding="utf-8")
+        partial.replace(path)
+    except OSError as error:
+        raise UserError(f"{path} can't be written ({error.strerror}); choose another folder.") from None
 
 
 def _refused_file(job: Job, folder: Path) -> Path:

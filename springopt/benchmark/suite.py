@@ -13,7 +13,16 @@ from springopt.registry import installed, optimizers
 from springopt.scene import Scene, bundled_scenes, load_scene
 
 #: A small scene or two of each group: three seeds of all optimizers end within ten minutes on two cores.
-QUICK_SCENES = ("paper-fem-2d", "paper-topology-2d-isotropic", "paper-stiffness-2d")
+QUICK_SCENES = (
+    "paper-fem-2d",
+    "paper-topology-2d-isotropic",
+    "recovery-2d-sparse",
+    "fem-2d-triangles",
+    "fem-3d-tetrahedra",
+    "scale-72",
+    "hard-column",
+    "hard-mechanism-binary",
+)
 QUICK_SEEDS = 3
 QUICK_LIMITS: Mapping[str, float] = {"evaluations": 500}
 

@@ -24,7 +24,7 @@ def bar_over_runs() -> Iterator[Progress | None]:
         def render(self, task: Task) -> Text:
             from rich.text import Text
 
-            return Text(_say(task.fields["end"]))
+            return Text(say_left(task.fields["end"]))
 
     console = Console(stderr=True)
     if not console.is_terminal:
@@ -43,7 +43,7 @@ def bar_over_runs() -> Iterator[Progress | None]:
         yield tell
 
 
-def _say(end: float | None) -> str:
+def say_left(end: float | None) -> str:
     """The time left until a moment of the monotonic clock, counted down between two runs."""
     if end is None:
         return ""

@@ -38,7 +38,8 @@ def pressing_ctrl_c(self, problem, rng):
 
 
 class TestOneJob:
-    def test_it_writes_the_run_that_solve_gives(self, nine, job, folder, tmp_path):
+    def test_it_writes_the_run_that_solve_gives_whatever_ran_before_it(self, nine, job, folder, tmp_path):
+        run_job(job(nine, "gauss-newton"), folder)
         outcome = run_job(job(nine, seed=4), folder)
         written = read(folder / "nine" / "random-search" / "seed4.h5")
         solve(nine, "random-search", seed=4, out=tmp_path / "solved.h5")
@@ -47,7 +48,7 @@ class TestOneJob:
         assert (outcome.state, outcome.objective, outcome.evaluations) == ("done", run.objective, 40)
         assert outcome.run == run.run
         assert outcome.took > 0
-        assert files(folder) == ["nine/random-search/seed4.h5"]
+        assert files(folder) == ["nine/gauss-newton/seed0.h5", "nine/random-search/seed4.h5"]
 
     def test_limits_options_label_and_start_are_passed_on(self, nine, job, folder):
         given = {"limits": {"evaluations": 9}, "options": {"batch": 2}, "label": "pairs", "start": "random-search"}

@@ -6,6 +6,7 @@ import signal
 
 import pytest
 
+from springopt.cli.bar import say_left
 from springopt.random_search import RandomSearch
 from springopt.store import read
 
@@ -84,6 +85,28 @@ def test_slips_are_told_before_any_work(benchmark, tmp_path, arguments, sentence
     assert answer.code == 2
     assert sentence in answer.err
     assert not (tmp_path / "results").exists()
+
+
+def test_on_a_terminal_a_bar_counts_the_runs_and_tells_the_time_left(benchmark, monkeypatch):
+    monkeypatch.setenv("TTY_COMPATIBLE", "1")  # rich takes standard error for a terminal
+    answer = benchmark("--scenes", "nine.toml", *TWO)
+    assert answer.code == 0
+    assert "4/4" in answer.err
+    assert "about 0 s left maciel-angles on nine" in answer.err
+
+
+@pytest.mark.parametrize(
+    ("seconds", "said"), [(42.4, "about 42 s left"), (600, "about 10 min left"), (9000, "about 2.5 h left")]
+)
+def test_the_time_left_is_told_as_people_would(seconds, said, monkeypatch):
+    monkeypatch.setattr("time.monotonic", lambda: 1000.0)
+    assert say_left(1000.0 + seconds) == said
+
+
+def test_a_folder_that_can_not_be_made_is_refused(benchmark):
+    answer = benchmark("--scenes", "nine.toml", *TWO[:-1], "nine.toml/results")
+    assert answer.code == 2
+    assert "can't be written (Not a directory); choose another folder." in answer.err
 
 
 def test_a_folder_of_other_things_is_refused(benchmark, tmp_path):
