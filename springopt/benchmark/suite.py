@@ -18,7 +18,7 @@ QUICK_SCENES = (
     "paper-topology-2d-isotropic",
     "recovery-2d-sparse",
     "fem-2d-triangles",
-    "fem-3d-tetrahedra",
+    "fem-3d-hexahedra",
     "scale-72",
     "hard-column",
     "hard-mechanism-binary",
