@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from springopt.benchmark.job import Job, ended_before, run_job
+from springopt.benchmark.job import Job, ended_before, require_legal, run_job
 from springopt.benchmark.outcome import Outcome
 from springopt.benchmark.pace import Pace
 from springopt.benchmark.workers import share
@@ -47,6 +47,8 @@ def run_jobs(
         progress: called after each job.
     """
     queue, place = list(jobs), Path(folder)
+    for job in queue:
+        require_legal(job)
     _require_apart(queue)
     place.mkdir(parents=True, exist_ok=True)
     outcomes: dict[int, Outcome] = {}

@@ -24,6 +24,7 @@ from springopt.registry import load_optimizer
 from springopt.run import Order, Run
 from springopt.runner import resume, solve
 from springopt.scene import Scene, Setup
+from springopt.start import is_run
 from springopt.store import read_run
 
 UNSUITED = "unsuited"  #: the word for a refusal that has none of its own
@@ -63,6 +64,14 @@ class Job:
     def run_file(self, folder: Path) -> Path:
         """The run file that the job writes."""
         return self.pair_folder(folder) / f"seed{self.seed}.h5"
+
+
+def require_legal(job: Job) -> None:
+    """Refuses what no run could begin with: an unknown optimizer or start, illegal options or limits."""
+    _optimizer(job)
+    if job.start is not None and not is_run(job.start):
+        _made(job.start, "{}")
+    _budget(job)
 
 
 def run_job(job: Job, folder: str | os.PathLike[str], *, progress: Progress | None = None) -> Outcome:
@@ -150,13 +159,12 @@ def _resumed(job: Job, out: Path, progress: Progress | None) -> Run:
 def _require_same(job: Job, order: Order, out: Path) -> None:
     """Refuses to take another job's result for this one's."""
     scene = _scene(job.scene)
-    limits: dict[str, Any] = dict(job.limits) or scene.budget.model_dump()
     differs = {
         "scene": order.scene != job.scene and _scene(order.scene).digest() != scene.digest(),
         "optimizer": order.optimizer != job.optimizer,
         "options": json.dumps(order.options) != json.dumps(asdict(_optimizer(job))),
         "seed": order.seed != job.seed,
-        "budget": order.budget != asdict(Budget(**limits)),
+        "budget": order.budget != asdict(_budget(job)),
         "start": _start_of(order) != job.start,
     }
     for what, other in differs.items():
@@ -167,6 +175,11 @@ def _require_same(job: Job, order: Order, out: Path) -> None:
 def _start_of(order: Order) -> str | None:
     """What the start was called when it was asked for."""
     return str(order.start["options"].get("run") or order.start["name"]) if order.start else None
+
+
+def _budget(job: Job) -> Budget:
+    limits: dict[str, Any] = dict(job.limits) or _scene(job.scene).budget.model_dump()
+    return Budget(**limits)
 
 
 def _optimizer(job: Job) -> Optimizer:

@@ -178,6 +178,20 @@ class TestManyJobs:
         assert [each.state for each in outcomes] == ["done"] * 3
         assert (folder / "nine" / "random-search" / "seed0.h5").stat().st_mtime_ns == before
 
+    @pytest.mark.parametrize(
+        ("slip", "sentence"),
+        [
+            ({"optimizer": "random-serch"}, "Did you mean 'random-search'"),
+            ({"options": {"bacth": 3}}, "random-search has no option 'bacth'"),
+            ({"limits": {"solves": 0}}, "solves must be a positive whole number"),
+            ({"start": "analitic"}, "Did you mean 'analytic'"),
+        ],
+    )
+    def test_slips_are_told_before_any_work(self, nine, job, folder, slip, sentence):
+        with pytest.raises(UserError, match=sentence):
+            run_jobs([job(nine), job(nine, seed=1, **slip)], folder)
+        assert not folder.exists()
+
     def test_two_jobs_with_one_place_are_refused_before_any_work(self, nine, job, folder):
         with pytest.raises(UserError, match=r"two jobs would write nine/random-search/seed0.h5"):
             run_jobs([job(nine), job(nine, options={"batch": 3})], folder)
