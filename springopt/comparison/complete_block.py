@@ -25,17 +25,16 @@ def complete_block(served: Mapping[str, Set[str]], words: Mapping[tuple[str, str
     """
     best = max(_candidates(served.values()), key=lambda scenes: _size(served, scenes))
     methods = sorted(method for method, its in served.items() if its >= best)
-    others = {method: sorted(best - its) for method, its in sorted(served.items()) if not its >= best}
     everything = frozenset[str]().union(*served.values())
-    return Block(
-        methods=methods,
-        scenes=sorted(best),
-        methods_left_out={method: _why(method, missing, words) for method, missing in others.items()},
-        scenes_left_out={
-            scene: "no runs of " + ", ".join(method for method in methods if scene not in served[method])
-            for scene in sorted(everything - best)
-        },
-    )
+    methods_left_out = {}
+    for method in sorted(set(served) - set(methods)):
+        missing = sorted(best - served[method])
+        methods_left_out[method] = f"not on {_listed({scene: words.get((method, scene)) for scene in missing})}"
+    scenes_left_out = {}
+    for scene in sorted(everything - best):
+        absent = [method for method in methods if scene not in served[method]]
+        scenes_left_out[scene] = f"no runs of {_listed({method: words.get((method, scene)) for method in absent})}"
+    return Block(methods, sorted(best), methods_left_out, scenes_left_out)
 
 
 def _candidates(served: Iterable[Set[str]]) -> set[frozenset[str]]:
@@ -53,6 +52,9 @@ def _size(served: Mapping[str, Set[str]], scenes: Set[str]) -> tuple[int, int, l
     return methods * len(scenes) if methods > 1 else 0, len(scenes), sorted(scenes)
 
 
-def _why(method: str, missing: list[str], words: Mapping[tuple[str, str], str]) -> str:
-    reasons = sorted({words.get((method, scene), "no run") for scene in missing})
-    return f"not on {', '.join(missing)} ({', '.join(reasons)})"
+def _listed(reasons: Mapping[str, str | None]) -> str:
+    """Names, those with one reason together: a, b (real), c (memory)."""
+    names: dict[str | None, list[str]] = {}
+    for name, word in reasons.items():
+        names.setdefault(word, []).append(name)
+    return ", ".join(", ".join(its) + (f" ({word})" if word else "") for word, its in names.items())

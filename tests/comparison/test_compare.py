@@ -29,10 +29,15 @@ class TestCompleteBlock:
     def test_the_most_pairs_win_and_what_is_left_out_says_why(self) -> None:
         real = {"1", "2", "3"}
         served = {"a": real, "b": real | {"bits"}, "c": real | {"bits"}, "d": {"bits"}}
-        block = complete_block(served, {("d", scene): "binary" for scene in real})
+        words = {("d", scene): "binary" for scene in real} | {("a", "bits"): "real"}
+        block = complete_block(served, words)
         assert (block.methods, block.scenes) == (["a", "b", "c"], ["1", "2", "3"])
         assert block.methods_left_out == {"d": "not on 1, 2, 3 (binary)"}
-        assert block.scenes_left_out == {"bits": "no runs of a"}
+        assert block.scenes_left_out == {"bits": "no runs of a (real)"}
+
+    def test_where_runs_are_only_missing_there_is_no_word(self) -> None:
+        block = complete_block({"a": {"1", "2"}, "b": {"1", "2"}, "c": {"1"}, "d": {"1"}}, {("c", "2"): "memory"})
+        assert block.methods_left_out == {"c": "not on 2 (memory)", "d": "not on 2"}
 
     def test_a_method_alone_on_many_scenes_is_no_ranking(self) -> None:
         block = complete_block({"a": {"1", "2", "3", "4"}, "b": {"4"}}, {})
