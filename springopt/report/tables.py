@@ -188,7 +188,7 @@ def benchmark_tables(scenes: Sequence[str], rows: Mapping[str, Mapping[str, str]
     """One row an optimizer, one column a scene; a few scenes a table, so that it fits a terminal."""
     for first in range(0, len(scenes), SCENES_ABREAST):
         abreast = scenes[first : first + SCENES_ABREAST]
-        table = plain_table("Runs that have ended", ["optimizer"], [scene.replace("-", "-\n") for scene in abreast])
+        table = plain_table("Ended runs", ["optimizer"], [scene.replace("-", "-\n") for scene in abreast])
         for name, cells in rows.items():
             table.add_row(name, *(cells.get(scene, "-") for scene in abreast))
         yield table
