@@ -17,7 +17,7 @@ from springopt.lattice import SpringLattice
 from springopt.report import style
 
 EDGES = np.arange(0.0, 10.25, 0.25)
-SHADES = ("#222222", style.CLASS_COLOURS["boundary straight"], style.REST)
+SHADES = (style.INK, style.CLASS_COLOURS["boundary straight"])
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,15 +30,15 @@ class Mesh:
 
 
 def draw_meshes(meshes: Sequence[Mesh], shares: Mapping[str, Sequence[float]], parts: Sequence[str]) -> Figure:
-    """A histogram and the stiffness by depth for each mesh; then, of every size, the parts of the variance.
+    """A histogram and the stiffness by depth for each mesh; then the parts of the variance at every size.
 
     Args:
         meshes: the free fits.
-        shares: for each size the parts of its variance, which sum to 1.
+        shares: for each size the parts of its variance, which sum up to 1.
         parts: what they are called.
     """
     with rc_context(style.SETTINGS):
-        figure = Figure(figsize=(2.3 * len(meshes) + 2.6, 4.3), layout="constrained")
+        figure = Figure(figsize=(1.8 * len(meshes) + 2.4, 4.0), layout="constrained")
         grid = figure.subplots(2, len(meshes) + 1, width_ratios=[1.0] * len(meshes) + [1.15])
         for column, mesh in zip(grid.T, meshes, strict=False):
             classes = inner_boundary_diagonal(mesh.lattice)

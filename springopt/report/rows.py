@@ -17,7 +17,7 @@ from springopt.report.body import project, visible
 from springopt.report.deformation import Deformation, draw_forces, draw_supports, limits
 from springopt.store import RunFile
 
-PANEL = 1.75  # inches
+PANEL, WIDTH = 1.75, 8.8  # inches: of a panel, and of the figure at most
 ROWS = ("loads", "reference", "model")
 
 
@@ -28,7 +28,8 @@ def draw_rows(file: RunFile, names: Sequence[str], captions: Sequence[str] = ())
     low, high = limits(file.lattice, chosen)
     width, height = high - low
     with rc_context(style.SETTINGS):
-        size = (PANEL * len(names) + 0.4, 3 * PANEL * min(height / width, 1.3) + 0.5)
+        panel = min(PANEL, WIDTH / len(names))
+        size = (panel * len(names) + 0.4, 3 * panel * min(height / width, 1.3) + 0.7)
         figure = Figure(figsize=size, layout="constrained")
         panels = figure.subplots(len(ROWS), len(names), squeeze=False)
         for column, shown in zip(panels.T, chosen, strict=True):

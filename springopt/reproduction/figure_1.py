@@ -60,7 +60,7 @@ def _section(runs: Runs, extent: Extent) -> Section:
         verdicts=_verdicts(curves),
         explained="""A high rate repairs the many wrong bits of the first generations faster, and later breaks more than
             it repairs: of 468 springs 0.01 flips 4.7 in every child, 0.002 one, and 0.2/g + 0.001 in the end one in
-            every second child. The order is the paper's; its figure is not printed with numbers to compare.""",
+            every second child. The order is the paper's; of its curves it gives no numbers.""",
     )
 
 

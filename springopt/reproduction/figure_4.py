@@ -24,6 +24,7 @@ from springopt.store import RunFile
 
 TRIALS = 3
 OTHER = "gauss-newton"
+CLEAR = 0.3  #: a rank correlation of 68 or 72 springs above this is no accident: 99 in 100 of random orders are below
 ROWS = {SCENE: "sides taking turns", CLAMPED: "one side held"}
 
 
@@ -43,7 +44,7 @@ def _section(runs: Runs, extent: Extent) -> Section:
     rows = [row for name in scenes for label in (PAPER_GA, OTHER) for row in _rows(name, label, runs.of(name, label))]
     trials = [_trials(name, runs.of(name, PAPER_GA), known[name]) for name in scenes]
     classes = inner_boundary_diagonal(runs.of(SCENE, PAPER_GA)[0].lattice)
-    shows = "Three trials over the peaks of the paper's figure (grey), and each spring's spread over all seeds"
+    shows = "Trials over the peaks of the paper's figure (grey), and each spring's spread over all seeds"
     return Section(
         paper="""Three trials on the same input give three distributions of the 72 springs, each with two peaks, in [3,
             4] and in [6, 8]; whether diagonals and boundary explain them is left open.""",
@@ -54,11 +55,9 @@ def _section(runs: Runs, extent: Extent) -> Section:
         pictures=[Picture("figure-4", draw_trials(trials, classes, paper.PEAKS), shows)],
         verdicts=[_two_peaks(runs.of(SCENE, PAPER_GA)), *(_why(name, runs, known[name]) for name in scenes)],
         explained="""The second peak is the straight springs inside the body; those on its boundary carry half a cell,
-            and they and the diagonals are the first. A trial of the genetic algorithm ends before the optimum, and
-            further from it in those springs of which the load cases tell least: that is what the standard error
-            measures. By derivatives every trial ends at the same stiffness where all springs are seen. Where one side
-            is always held, the springs along it are not seen at all: there every value is as good as any other, in any
-            trial.""",
+            and they and the diagonals are the first. Where all springs are seen every trial by derivatives ends at the
+            same stiffness: the trials of the genetic algorithm differ because they end before the optimum. Where one
+            side is always held, the springs along it are not seen at all, and every value is as good as any other.""",
     )
 
 
@@ -104,11 +103,12 @@ def _why(name: str, runs: Runs, known: Identifiability) -> str:
     spread, errors = _spread(runs.of(name, PAPER_GA)), known.standard_errors
     finite = np.isfinite(errors)
     rank = np.corrcoef(_ranks(spread[finite]), _ranks(errors[finite]))[0, 1]
-    unseen = int(np.count_nonzero(~finite))
-    said = f"{ROWS[name].capitalize()}: {known.rank} of 72 directions are identified, condition {known.condition:.3g}"
-    if unseen:
-        said += f"; the {unseen} springs that are not seen have spreads of {Spread.of(spread[~finite]).said('.2f')}"
-    return f"{said}. Of the others, spread over the seeds and standard error have a rank correlation of {rank:.2f}."
+    said = f"{ROWS[name].capitalize()}: {known.rank} of 72 directions are identified, condition {known.condition:.0f}."
+    if not finite.all():
+        unseen = Spread.of(spread[~finite]).said(".2f")
+        said += f" The {np.count_nonzero(~finite)} springs that are not seen have spreads over the seeds of {unseen}."
+    tells = "what the load cases tell least varies most" if rank > CLEAR else "this alone does not order the springs"
+    return f"{said} Spread and standard error of the seen ones have a rank correlation of {rank:.2f}: {tells}."
 
 
 def _ranks(numbers: Floats) -> Floats:
