@@ -26,9 +26,13 @@ def rows(runs: Runs, scene: str, labels: Sequence[str], numbers: Numbers) -> lis
     return [_row(runs, scene, label, numbers) for label in labels]
 
 
+def row(name: str, files: Sequence[RunFile], numbers: Numbers) -> tuple[str, ...]:
+    """The cells of one row."""
+    return (name, *numbers(files), *spent([file.run for file in files]))
+
+
 def _row(runs: Runs, scene: str, label: str, numbers: Numbers) -> tuple[str, ...]:
     word = runs.word(scene, label)
     if word is not None:
         return (f"`{label}`", f"can't: {word}")
-    files = runs.of(scene, label)
-    return (f"`{label}`", *numbers(files), *spent([file.run for file in files]))
+    return row(f"`{label}`", runs.of(scene, label), numbers)

@@ -92,15 +92,11 @@ def _means(runs: Runs) -> Table:
         ("the paper, the cases shown", paper.MEAN_TRAINING_ERROR.printed, paper.MEAN_TEST_ERROR.printed)
     ]
     for name, scene in readings().items():
-        rows.append((f"`paper-ga`, {name}", *_numbers(runs.of(scene.name, PAPER_GA)), *_spent(runs, scene.name)))
+        rows.append(baselines.row(f"`paper-ga`, {name}", runs.of(scene.name, PAPER_GA), _numbers))
     rows += baselines.rows(runs, CALIBRATED, BASELINES, _numbers)
     note = "Means over all training and all test load cases, of the baselines at the loads of the second row:"
     heads = ("", "training", "test", "of the displacement: training", "test", *baselines.SPENT)
     return Table(heads, rows, note)
-
-
-def _spent(runs: Runs, scene: str) -> tuple[str, str]:
-    return baselines.spent([file.run for file in runs.of(scene, PAPER_GA)])
 
 
 def _numbers(files: Sequence[RunFile]) -> tuple[str, ...]:

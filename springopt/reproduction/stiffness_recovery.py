@@ -45,9 +45,9 @@ def _section(runs: Runs, extent: Extent) -> Section:
     readings = {name: runs.of(*place) for name, place in READINGS.items()}
     refined = runs.of(CLAMPED, "gauss-newton")
     rows: list[tuple[str, ...]] = [("the paper", *(number.printed for _, _, number, _ in _COMPARED), "40,000", "-")]
-    rows.append(_row("`paper-ga`", ours))
-    rows += [_row(f"`paper-ga`, {name}", files) for name, files in readings.items()]
-    rows.append(_row("`gauss-newton`, one side held throughout", refined))
+    rows.append(baselines.row("`paper-ga`", ours, _numbers))
+    rows += [baselines.row(f"`paper-ga`, {name}", files, _numbers) for name, files in readings.items()]
+    rows.append(baselines.row("`gauss-newton`, one side held throughout", refined, _numbers))
     rows += baselines.rows(runs, SCENE, BASELINES, _numbers)
     shown = {"paper-ga": ours} | readings | {"gauss-newton, one side held": refined}
     panels = [
@@ -94,10 +94,6 @@ def _explained(held: Sequence[RunFile], refined: Sequence[RunFile]) -> str:
         anywhere in [0, 10], a spread of {expected:.2f} is to be expected, close to the paper's. `gauss-newton` leaves
         {exact}; `paper-ga` leaves {left}, not being at its end with the other springs either. With the sides taking
         turns there is nothing that can't be known."""
-
-
-def _row(name: str, files: Sequence[RunFile]) -> tuple[str, ...]:
-    return (name, *_numbers(files), *baselines.spent([file.run for file in files]))
 
 
 def _numbers(files: Sequence[RunFile]) -> tuple[str, ...]:

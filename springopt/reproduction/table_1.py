@@ -111,11 +111,8 @@ def _rows(runs: Runs, scene: Scene) -> list[tuple[str, ...]]:
         costs = Spread.of(file.run.objective for file in files)
         return costs.said(".3f"), f"{costs.middle / whole:.3f}", _stiffness(files)
 
-    rows = []
-    for name in LIMITATIONS:
-        files = _files(runs, scene, name)
-        rows.append((f"`paper-ga`, {name}", *numbers(files), *baselines.spent([file.run for file in files])))
-    return rows + baselines.rows(runs, scene.name, BASELINES, numbers)
+    limitations = [baselines.row(f"`paper-ga`, {name}", _files(runs, scene, name), numbers) for name in LIMITATIONS]
+    return limitations + baselines.rows(runs, scene.name, BASELINES, numbers)
 
 
 def _stiffness(files: Sequence[RunFile]) -> str:

@@ -11,8 +11,10 @@ from springopt.reproduction.paper import COSTS
 from springopt.scene import Scene, load_scene
 from springopt.scene.load import merge
 
-#: Twelve load cases with the left side held in all of them: the loaded side and the force on each of its nodes.
-CLAMPED = {
+Loads = dict[str, dict[str, list[float]]]  # by load case, the loaded sides and the force on each of their nodes
+
+#: Twelve load cases with the left side held in all of them.
+CLAMPED: Loads = {
     "pull right": {"right": [0.31, 0.0]},
     "push right": {"right": [-0.31, 0.0]},
     "shear right up": {"right": [0.0, 0.155]},
@@ -26,6 +28,15 @@ CLAMPED = {
     "stretch": {"top": [0.0, 0.155], "bottom": [0.0, -0.155]},
     "bend": {"top": [0.155, 0.0], "bottom": [-0.155, 0.0]},
 }
+#: Six of the same kind in 3D.
+CLAMPED_3D: Loads = {
+    "stretch": {"right": [1.0, 0.0, 0.0]},
+    "shear along y": {"right": [0.0, 0.4, 0.0]},
+    "shear along z": {"right": [0.0, 0.0, 0.4]},
+    "drag top": {"top": [0.4, 0.0, 0.0]},
+    "lift top": {"top": [0.0, 0.0, 0.4]},
+    "press back": {"back": [0.0, 0.4, 0.4]},
+}
 
 
 def variant(base: str, name: str, title: str, tables: dict[str, Any]) -> Scene:
@@ -35,12 +46,14 @@ def variant(base: str, name: str, title: str, tables: dict[str, Any]) -> Scene:
 
 
 def clamped(base: str) -> Scene:
-    """A 2D scene with its left side held throughout, in training and test."""
-    test = json.loads(load_scene(base).to_json())["load_cases"]["test"]
+    """A bundled scene with its left side held throughout, in training and test."""
+    scene = load_scene(base)
+    loads = CLAMPED if scene.lattice.build().dimension == 2 else CLAMPED_3D
+    test = json.loads(scene.to_json())["load_cases"]["test"]
     held = [case for case in test if any("left" in hold["on"] for hold in case["hold"])]
     train = [
         {"name": name, "hold": "left", "push": [{"on": side, "force": force} for side, force in pushes.items()]}
-        for name, pushes in CLAMPED.items()
+        for name, pushes in loads.items()
     ]
     title = f"As {base}, with the left side held in every load case"
     return variant(base, f"{base}-clamped", title, {"load_cases": {"train": train, "test": held}})

@@ -43,7 +43,7 @@ def test_every_picture_that_a_page_shows_is_there(folder: Path) -> None:
 
 def test_runs_that_are_there_are_not_made_again(folder: Path) -> None:
     files = {path: path.stat().st_mtime_ns for path in (folder / "runs").rglob("*.h5")}
-    assert len(files) == 4 * 2 + 3
+    assert len(files) == 5 * 2 + 3
     reproduce(folder / "second", TINY, only=["figure-1", "topology-3d"], runs=folder / "runs")
     assert {path: path.stat().st_mtime_ns for path in (folder / "runs").rglob("*.h5")} == files
 
