@@ -1,9 +1,9 @@
-"""A bar over many runs, with the time left."""
+"""Bars on standard error, where that is a terminal: what a command is at, and how far."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
@@ -14,9 +14,28 @@ if TYPE_CHECKING:
     from springopt.benchmark.execute import Progress, Standing
 
 
+Show = Callable[[int, "int | None", str], None]  # how many are done, of how many, and a few words
+
+
+@contextmanager
+def counting_bar() -> Iterator[Show | None]:
+    """A bar that counts, with a few words and the time elapsed; None where there is no terminal."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield None
+        return
+    columns = (BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[words]}"), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("", total=None, words="getting ready")
+        yield lambda done, total, words: bar.update(task, completed=done, total=total, words=words)
+
+
 @contextmanager
 def bar_over_runs() -> Iterator[Progress | None]:
-    """A bar on standard error, if that is a terminal."""
+    """A bar over many runs with the time left; None where there is no terminal."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, TextColumn
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from springopt.cli.bar import counting_bar
 from springopt.cli.main import COMMANDS
 from springopt.cli.outputs import TABLE_ENDINGS, require_new, require_new_folder
 from springopt.cli.results import print_table
@@ -76,17 +77,9 @@ def command(
 
 @contextmanager
 def _bar() -> Iterator[Callable[[int, int], None] | None]:
-    """How many runs have been read, on standard error, if that is a terminal."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
-
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield None
-        return
-    with Progress(TextColumn("runs"), BarColumn(), MofNCompleteColumn(), console=console, transient=True) as bar:
-        task = bar.add_task("", total=None)
-        yield lambda read, runs: bar.update(task, completed=read, total=runs)
+    """A bar over the runs that have been read."""
+    with counting_bar() as show:
+        yield show and (lambda read, runs: show(read, runs, "runs read"))
 
 
 def _names(given: Sequence[str]) -> list[str]:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from springopt.cli.bar import counting_bar
 from springopt.cli.main import COMMANDS
 from springopt.cli.runs import read_run
 from springopt.errors import UserError
@@ -66,18 +67,9 @@ def _of_run(scene: Scene, path: str) -> Floor:
 
 @contextmanager
 def _progress_bar() -> Iterator[Progress | None]:
-    """A bar over the descents on standard error, if that is a terminal."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield None
-        return
-    columns = (BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[lowest]}"), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("", total=None, lowest="getting ready")
-        yield lambda done, total, lowest: bar.update(task, completed=done, total=total, lowest=f"lowest {lowest:.6g}")
+    """A bar over the descents, with the lowest value."""
+    with counting_bar() as show:
+        yield show and (lambda done, total, lowest: show(done, total, f"lowest {lowest:.6g}"))
 
 
 def _print(floor: Floor) -> None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from springopt.cli.bar import counting_bar
 from springopt.cli.floors import place_of, with_floor
 from springopt.cli.main import COMMANDS
 from springopt.cli.results import print_run
@@ -137,15 +138,6 @@ def _options(settings: tuple[str, ...]) -> dict[str, str]:
 
 @contextmanager
 def _progress_bar() -> Iterator[Progress | None]:
-    """A bar on standard error, if that is a terminal."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield None
-        return
-    columns = (BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[best]}"), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("", total=None, best="getting ready")
-        yield lambda done, total, best, seconds: bar.update(task, completed=done, total=total, best=f"best {best:.4g}")
+    """A bar over the evaluations, with the best value."""
+    with counting_bar() as show:
+        yield show and (lambda done, total, best, seconds: show(done, total, f"best {best:.4g}"))

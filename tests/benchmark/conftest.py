@@ -1,36 +1,14 @@
 """Small scenes and jobs on them."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
 from springopt.benchmark import Job
 from springopt.scene import Scene, load_scene
 
-NINE = """
-title = "Nine nodes, two load cases"
-[lattice]
-grid = [3, 3]
-[reference]
-kind = "spring"
-stiffness = 5.0
-[encoding]
-kind = "real"
-lower = 0.0
-upper = 10.0
-threshold = 0.5
-[objective]
-minimize = "least-squares"
-[budget]
-evaluations = 40
-[optimizers.random-search]
-batch = 8
-[load_cases]
-train = [
-  { name = "pull", hold = "left", push = { on = "right", force = [0.3, 0.0] } },
-  { name = "shear", hold = "left", push = { on = "right", force = [0.0, 0.1] } },
-]
-"""
+NINE = (Path(__file__).parents[1] / "data" / "nine-nodes.toml").read_text()
 BITS = NINE.replace('"real"\nlower = 0.0\nupper = 10.0\nthreshold = 0.5', '"binary"\nstiffness = 5.0')
 
 

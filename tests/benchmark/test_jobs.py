@@ -45,7 +45,7 @@ class TestOneJob:
         solve(nine, "random-search", seed=4, out=tmp_path / "solved.h5")
         assert same_result(written, read(tmp_path / "solved.h5"))
         run = written.run
-        assert (outcome.state, outcome.objective, outcome.evaluations) == ("done", run.objective, 40)
+        assert (outcome.state, outcome.objective, outcome.evaluations) == ("done", run.objective, 48)
         assert outcome.run == run.run
         assert outcome.took > 0
         assert files(folder) == ["nine/gauss-newton/seed0.h5", "nine/random-search/seed4.h5"]
@@ -71,7 +71,7 @@ class TestOneJob:
     @pytest.mark.parametrize(
         ("change", "what"),
         [
-            ({"limits": {"evaluations": 41}}, "budget"),
+            ({"limits": {"evaluations": 49}}, "budget"),
             ({"options": {"batch": 3}}, "options"),
             ({"start": "x"}, "start"),
         ],

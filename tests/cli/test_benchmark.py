@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+from pathlib import Path
 
 import pytest
 
@@ -10,22 +11,7 @@ from springopt.cli.bar import say_left
 from springopt.random_search import RandomSearch
 from springopt.store import read
 
-SCENE = """
-title = "Nine nodes"
-[lattice]
-grid = [3, 3]
-[reference]
-kind = "spring"
-stiffness = 5.0
-[encoding]
-kind = "real"
-upper = 10.0
-lower = 0.0
-[budget]
-evaluations = 20
-[load_cases]
-train = [{ name = "pull", hold = "left", push = { on = "right", force = [0.3, 0.0] } }]
-"""
+SCENE = (Path(__file__).parents[1] / "data" / "nine-nodes.toml").read_text()
 TWO = ("--optimizers", "random-search,maciel-angles", "--seeds", "2", "--out", "results")
 
 
@@ -129,7 +115,7 @@ class TestTheSameFolder:
         assert len(list(once.glob("*/*/*.h5"))) == 4 + 1 + 3 + 6
         written = json.loads((once / "benchmark.json").read_text())
         assert [request["seeds"] for request in written["requests"]] == [2, 3]
-        assert written["scenes"]["nine"]["budget"] == {"evaluations": 20}
+        assert written["scenes"]["nine"]["budget"] == {"evaluations": 48}
         assert written["requests"][0]["versions"]["random-search"]["numpy"]
 
     def test_the_same_call_is_noted_once(self, benchmark, once):
@@ -139,7 +125,7 @@ class TestTheSameFolder:
     def test_another_budget_is_refused(self, benchmark, once):
         answer = benchmark("--scenes", "nine.toml", "--evaluations", "30", *TWO)
         assert answer.code == 2
-        assert "runs on nine with a budget of 20 evaluations, and now it is 30 evaluations" in answer.err
+        assert "runs on nine with a budget of 48 evaluations, and now it is 30 evaluations" in answer.err
 
     def test_a_scene_that_was_changed_is_refused(self, benchmark, once, tmp_path):
         (tmp_path / "nine.toml").write_text(SCENE.replace("0.3", "0.4"))

@@ -13,27 +13,7 @@ from springopt.random_search import RandomSearch
 from springopt.runner import solve
 from springopt.scene import Scene, load_scene
 
-NINE = """
-title = "Nine nodes, two load cases"
-[lattice]
-grid = [3, 3]
-[reference]
-kind = "spring"
-stiffness = 5.0
-[encoding]
-kind = "real"
-lower = 0.0
-upper = 10.0
-threshold = 0.5
-[objective]
-minimize = "least-squares"
-[load_cases]
-train = [
-  { name = "pull", hold = "left", push = { on = "right", force = [0.3, 0.0] } },
-  { name = "shear", hold = "left", push = { on = "right", force = [0.0, 0.1] } },
-]
-test = [{ name = "press", hold = "bottom", push = { on = "top", force = [0.0, -0.2] } }]
-"""
+NINE = (Path(__file__).parents[1] / "data" / "nine-nodes.toml").read_text()
 
 
 @pytest.fixture

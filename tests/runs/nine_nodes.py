@@ -3,37 +3,14 @@
 import dataclasses
 import os
 import signal
+from pathlib import Path
 
 import numpy as np
 
 from springopt.errors import NoEquilibrium
 from springopt.optimizer import Optimizer
 
-SCENE = """
-title = "Nine nodes, two load cases"
-[lattice]
-grid = [3, 3]
-[reference]
-kind = "spring"
-stiffness = 5.0
-[encoding]
-kind = "real"
-lower = 0.0
-upper = 10.0
-threshold = 0.5
-[objective]
-minimize = "least-squares"
-[budget]
-evaluations = 48
-[optimizers.random-search]
-batch = 16
-[load_cases]
-train = [
-  { name = "pull", hold = "left", push = { on = "right", force = [0.3, 0.0] } },
-  { name = "shear", hold = "left", push = { on = "right", force = [0.0, 0.1] } },
-]
-test = [{ name = "press", hold = "bottom", push = { on = "top", force = [0.0, -0.2] } }]
-"""
+SCENE = (Path(__file__).parents[1] / "data" / "nine-nodes.toml").read_text()
 
 
 @dataclasses.dataclass(frozen=True)
