@@ -82,14 +82,23 @@ def _step_towards(problem: Problem, point: Floats, value: float, target: Floats)
 
 
 def gradient_optimum(problem: Problem, start: Floats) -> Floats:
-    """The point, shape (size,), where L-BFGS-B by the adjoint gradient ends; it needs no Jacobian."""
+    """The lowest point, shape (size,), that L-BFGS-B by the adjoint gradient comes by; it needs no Jacobian.
+
+    At a kink its line search may give up where it was not lowest.
+    """
+    best, lowest = start, np.inf
 
     def value_and_gradient(trial: Floats) -> tuple[float, Floats]:
+        nonlocal best, lowest
         try:
-            return problem.gradient(trial)
+            value, gradient = problem.gradient(trial)
         except NoEquilibrium:
             return float(problem.evaluate(trial[None])[0]), np.zeros_like(trial)
+        if value < lowest:
+            best, lowest = trial.copy(), value
+        return value, gradient
 
     box = list(zip(problem.lower, problem.upper, strict=True))
     stop = {"maxcor": 30, "maxiter": 500, "ftol": 1e-15, "gtol": 1e-14}
-    return minimize(value_and_gradient, start, jac=True, bounds=box, method="L-BFGS-B", options=stop).x
+    minimize(value_and_gradient, start, jac=True, bounds=box, method="L-BFGS-B", options=stop)
+    return best

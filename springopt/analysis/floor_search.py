@@ -38,7 +38,8 @@ def search_box(setup: Setup, starts: int, rng: np.random.Generator, first: Float
     """The lowest of a box of real numbers.
 
     Many starts, the first one given, are each followed down on the scene's own misfit at once, and again from its
-    least-squares optimum; by gradients alone where a Jacobian would be too large.
+    least-squares optimum; and the lowest point that any of them came by once more, in case that none ended there. By
+    gradients alone where a Jacobian would be too large.
     """
     problem = Problem(setup.objective, setup.encoding, _UNLIMITED)
     given = [] if first is None else [first]
@@ -58,6 +59,8 @@ def search_box(setup: Setup, starts: int, rng: np.random.Generator, first: Float
     values = problem.evaluate(ends)
     if not squares_alone:  # of each start the lower of its two ends
         values = np.minimum(values[:starts], values[starts:][which])
+        assert problem.best_point is not None
+        problem.evaluate(distance_optimum(problem, problem.best_point, dimension)[None])
     return _found(problem, values, "descents on least squares and on the misfit itself")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
@@ -57,7 +58,28 @@ class FemTable(_ReferenceTable):
         return FemReference(lattice, **self.model_dump(exclude={"kind", "noise"}))
 
 
-class SpringTable(_ReferenceTable):
+class _SpringsTable(_ReferenceTable):
+    """A mass-spring model, by the stiffness of its springs."""
+
+    @model_validator(mode="after")
+    def _fits_lattice(self, info: ValidationInfo) -> _SpringsTable:
+        lattice = lattice_of(info)
+        if lattice is not None:
+            with faults_of_users():
+                self.spring_stiffness(lattice)
+        return self
+
+    @abstractmethod
+    def spring_stiffness(self, lattice: SpringLattice) -> Floats:
+        """Stiffness [force/length], shape (s,), zero for springs that are not there."""
+
+    def build(self, model: Model) -> Reference:
+        from springopt.reference.spring import SpringReference
+
+        return SpringReference(model, self.spring_stiffness(model.lattice))
+
+
+class SpringTable(_SpringsTable):
     """A mass-spring model of known stiffness, on the springs of the lattice less those that are absent."""
 
     kind: Literal["spring"]
@@ -74,16 +96,7 @@ class SpringTable(_ReferenceTable):
                 raise fault(f"should be directions with one number an axis and not all zero, but has {direction}")
         return directions
 
-    @model_validator(mode="after")
-    def _fits_lattice(self, info: ValidationInfo) -> SpringTable:
-        lattice = lattice_of(info)
-        if lattice is not None:
-            with faults_of_users():
-                self.spring_stiffness(lattice)
-        return self
-
     def spring_stiffness(self, lattice: SpringLattice) -> Floats:
-        """Stiffness [force/length], shape (s,), zero for absent springs."""
         count = lattice.spring_count
         if isinstance(self.stiffness, list) and len(self.stiffness) != count:
             raise SceneError(f"stiffness is one number or one for each of {count} springs, not {len(self.stiffness)}")
@@ -97,13 +110,8 @@ class SpringTable(_ReferenceTable):
             stiffness[_parallel(lattice, np.array(direction))] = 0.0
         return stiffness
 
-    def build(self, model: Model) -> Reference:
-        from springopt.reference.spring import SpringReference
 
-        return SpringReference(model, self.spring_stiffness(model.lattice))
-
-
-class RandomSpringsTable(_ReferenceTable):
+class RandomSpringsTable(_SpringsTable):
     """A mass-spring model drawn at random from the springs of the lattice."""
 
     kind: Literal["random-springs"]
@@ -112,24 +120,10 @@ class RandomSpringsTable(_ReferenceTable):
     kept: Annotated[float, Field(gt=0, le=1)] = 1.0
     anisotropy: list[float] | None = None
 
-    @model_validator(mode="after")
-    def _fits_lattice(self, info: ValidationInfo) -> RandomSpringsTable:
-        lattice = lattice_of(info)
-        if lattice is not None:
-            with faults_of_users():
-                self.spring_stiffness(lattice)
-        return self
-
     def spring_stiffness(self, lattice: SpringLattice) -> Floats:
-        """Stiffness [force/length], shape (s,), zero for springs that were dropped."""
         from springopt.reference.random_springs import random_stiffness
 
         return random_stiffness(lattice, **self.model_dump(exclude={"kind", "noise"}))
-
-    def build(self, model: Model) -> Reference:
-        from springopt.reference.spring import SpringReference
-
-        return SpringReference(model, self.spring_stiffness(model.lattice))
 
 
 def _parallel(lattice: SpringLattice, direction: Floats) -> Booleans:
