@@ -10,10 +10,13 @@ from lines import line
 
 from springopt.analysis import floor_search
 from springopt.analysis.analytic_start import analytic_start
+from springopt.analysis.descent import gradient_optimum
 from springopt.analysis.floor import compute_floor, floor_at
 from springopt.analysis.known_floor import Floor, floor_file, read_floor, store_floor, stored_floors
 from springopt.analysis.point import reference_stiffness
+from springopt.budget import Budget
 from springopt.errors import UserError
+from springopt.problem import Problem
 from springopt.scene import Scene, bundled_scenes, load_scene
 
 PULLS = [{"hold": [0], "push": {1: 0.4, 2: 0.4, 3: 0.4}}]
@@ -182,6 +185,15 @@ def test_where_a_jacobian_is_too_large_gradients_lead_to_the_floor(monkeypatch: 
     assert by_gradient.evidence["method"] == "descents by the gradient, L-BFGS-B"
     assert by_gradient.value == pytest.approx(by_jacobian.value, rel=1e-9)
     assert by_gradient.point == [10.0, 10.0, 10.0]
+
+
+def test_no_descent_ends_above_a_point_that_it_came_by() -> None:
+    setup = load_scene("fem-2d-flat-cells").build()
+    problem = Problem(setup.objective, setup.encoding, Budget(evaluations=10_000))
+    start = analytic_start(setup)
+    assert start is not None
+    end = gradient_optimum(problem, start[0])
+    assert problem.evaluate(end[None])[0] == problem.best_value < start[1]
 
 
 def test_who_watches_is_told_of_every_descent() -> None:
