@@ -22,6 +22,7 @@ from springopt.journal import Journal, run_path
 from springopt.meter import Meter, Times
 from springopt.optimizer import Optimizer, require_supplies
 from springopt.problem import Problem
+from springopt.rehearsal import rehearse
 from springopt.run import Order, Run, WhyStopped
 from springopt.start import label
 from springopt.store import RunFile, write
@@ -54,7 +55,7 @@ def execute(
         for ready in (start, optimizer):
             if ready:
                 require_supplies(ready, problem.supplies)
-                _compile(setup, ready)
+                rehearse(ready, setup)
         problem.meter.clock.set(Times(0.0, 0.0, 0.0))
         why = _begin(start, optimizer, problem, order.seed, journal) if start else None
         if why is None:
@@ -70,17 +71,6 @@ def execute(
             write(path, _run_file(order, setup, run), kept)
             journal.delete()
         return run
-
-
-def _compile(setup: Setup, optimizer: Optimizer) -> None:
-    """Has the kernels compiled that the optimizer will need: those seconds are no part of the run."""
-    stiffness = setup.encoding.decode(setup.encoding.upper)
-    setup.objective.evaluate(stiffness[None])
-    if {"gradient", "jacobian"} & set(optimizer.needs):
-        with contextlib.suppress(NoEquilibrium):
-            residuals, operator = setup.objective.linearize(stiffness)
-            operator.matvec(stiffness)  # with its transpose, all the kernels of gradients and Jacobians
-            operator.rmatvec(residuals)
 
 
 def _begin(
