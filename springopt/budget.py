@@ -26,7 +26,8 @@ class Budget:
 
     evaluations: int | None = None  #: candidate evaluations
     seconds: float | None = None  #: seconds on the wall, added up over resumes
-    solves: int | None = None  #: forward solves: one for each candidate and training load case
+    #: Solves: one for each candidate and training load case, and another one for its derivatives.
+    solves: int | None = None
     target: float | None = None  #: the run ends at the first value that is not above this
 
     def __post_init__(self) -> None:

@@ -81,7 +81,7 @@ class Meter:
             return 0
         evaluations, solves = self.budget.evaluations, self.budget.solves
         room = math.inf if evaluations is None else (evaluations - self.evaluations) // cost
-        return room if solves is None else min(room, (solves - self.solves) // self._solves_each)
+        return room if solves is None else min(room, (solves - self.solves) // (cost * self._solves_each))
 
     def require_room(self, cost: int) -> None:
         if self.counted_room(cost) < 1:
@@ -105,7 +105,7 @@ class Meter:
         """Charges one answer for each of the points, shape (m, size); a value of None had no equilibrium."""
         for point, answer in zip(points, answers, strict=True):
             self.evaluations += cost
-            self.solves += self._solves_each
+            self.solves += cost * self._solves_each
             if answer.value is not None and answer.value < self.best_value:
                 self.best_value = answer.value
                 self.best_point = point.copy()

@@ -46,6 +46,11 @@ class Trial:
         return isinstance(self.error, UserError) and not self.problem.asked
 
     @property
+    def answer_count(self) -> int:
+        """How many candidates were answered for, by values or with derivatives."""
+        return sum(answer.kind != "budget_left" for answer in self.tape.answers)
+
+    @property
     def journal(self) -> list[tuple[Any, ...]]:
         """Questions and answers in order, without their seconds."""
         return [(*answer[:5], answer.payload, answer.checksum) for answer in self.tape.answers]
