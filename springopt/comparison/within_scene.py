@@ -13,11 +13,12 @@ from itertools import combinations
 from typing import Literal
 
 import numpy as np
-from scipy.stats import binomtest, mannwhitneyu
+from scipy.stats import binomtest
 
 from springopt.checks import Floats
 from springopt.comparison.effect_size import probability_of_lower
 from springopt.comparison.holm import holm
+from springopt.comparison.rank_sum import mann_whitney
 from springopt.comparison.running_time import Estimate, success_rate
 
 TestName = Literal["Mann-Whitney", "sign", "none"]
@@ -74,14 +75,7 @@ def _compare(first: Sample, second: Sample) -> Verdict:
     if first.deterministic:
         test, p, below = _compare(second, first)
         return test, p, Estimate(1 - below.value, 1 - below.high, 1 - below.low)
-    return "Mann-Whitney", _mann_whitney(first.gaps, second.gaps), probability_of_lower(first.gaps, second.gaps)
-
-
-def _mann_whitney(first: Floats, second: Floats) -> float:
-    """Two-sided p; exact for small samples without ties."""
-    if np.ptp(np.concatenate([first, second])) == 0:
-        return 1.0
-    return float(mannwhitneyu(first, second).pvalue)
+    return "Mann-Whitney", mann_whitney(first.gaps, second.gaps), probability_of_lower(first.gaps, second.gaps)
 
 
 def _sign_test(gaps: Floats, constant: float) -> float:

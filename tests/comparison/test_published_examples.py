@@ -4,12 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from scipy.stats import PermutationMethod, friedmanchisquare, norm, rankdata, tiecorrect, wilcoxon
+from scipy.stats import PermutationMethod, friedmanchisquare, mannwhitneyu, norm, rankdata, tiecorrect, wilcoxon
 
 from springopt.comparison.across_scenes import critical_difference, friedman, iman_davenport, rank, signed_ranks
 from springopt.comparison.effect_size import probability_of_lower, rank_biserial
 from springopt.comparison.holm import holm
 from springopt.comparison.profiles import performance_profile
+from springopt.comparison.rank_sum import EXACT_UP_TO, mann_whitney
 from springopt.comparison.running_time import expected_running_time, running_time
 
 #: Demsar (2006), Table 6: AUC of C4.5, C4.5+m, C4.5+cf and C4.5+m+cf on 14 data sets, in thousandths. The ranks printed
@@ -92,6 +93,28 @@ def test_signed_ranks_are_scipy_s(decimals: int) -> None:
             differences, zero_method="zsplit", method="exact" if decimals == 15 else PermutationMethod()
         )
         assert signed_ranks(differences) == pytest.approx(expected.pvalue)
+
+
+@pytest.mark.parametrize("decimals", [15, 1], ids=["without ties", "with ties"])
+def test_rank_sums_are_scipy_s(decimals: int) -> None:
+    # SciPy tries all splits where there are ties.
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        first, second = rng.normal(0.3, 0.3, size=5).round(decimals), rng.normal(0, 0.3, size=4).round(decimals)
+        expected = mannwhitneyu(first, second, method="exact" if decimals == 15 else PermutationMethod())
+        assert mann_whitney(first, second) == pytest.approx(expected.pvalue)
+        assert mann_whitney(second, first) == pytest.approx(expected.pvalue)
+
+
+@pytest.mark.parametrize("runs", [3, 4, 15])
+def test_two_values_apart_are_as_sure_as_the_order_of_so_many_runs(runs: int) -> None:
+    assert mann_whitney(np.zeros(runs), np.ones(runs)) == pytest.approx(2 / math.comb(2 * runs, runs))
+
+
+def test_of_many_runs_the_approximation_is_near_the_exact_sum() -> None:
+    rng = np.random.default_rng(0)
+    first, second = rng.normal(0.4, 1, EXACT_UP_TO // 2).round(1), rng.normal(0, 1, EXACT_UP_TO // 2).round(1)
+    assert mann_whitney(first, second) == pytest.approx(mannwhitneyu(first, second).pvalue, rel=0.03)
 
 
 def test_holm_by_hand_five_times_the_least_then_never_falling() -> None:
