@@ -89,11 +89,12 @@ def _explained(held: Sequence[RunFile], refined: Sequence[RunFile]) -> str:
     expected = sqrt(HELD_SPRINGS / 72 * INTERVAL**2 / 12)
     exact = Spread.of(_of(refined, "spread")).said(".2f")
     left = Spread.of(_of(held, "spread")).said(".2f")
-    return f"""What decides the spread is the supports, which the paper does not tell. With one side held in every load
-        case {HELD_SPRINGS} springs join two held nodes, and no load shows them: if the other 68 are exact and these
-        anywhere in [0, 10], a spread of {expected:.2f} is to be expected, close to the paper's. `gauss-newton` leaves
-        {exact}; `paper-ga` leaves {left}, not being at its end with the other springs either. With the sides taking
-        turns there is nothing that can't be known."""
+    return f"""Supports that the paper does not tell would explain its spread. With one side held in every load case
+        {HELD_SPRINGS} springs join two held nodes, and no load shows them: if the other 68 are exact and these anywhere
+        in [0, 10] with the same chance, a spread of {expected:.2f} is to be expected. `gauss-newton` leaves {exact}
+        then, all of it in these four; `paper-ga` {left}, not being at its end with the other springs either. With the
+        sides taking turns there is nothing that can't be known. Parents that are drawn without regard to their cost
+        would explain it as well."""
 
 
 def _numbers(files: Sequence[RunFile]) -> tuple[str, ...]:
