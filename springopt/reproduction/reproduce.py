@@ -9,14 +9,13 @@ from springopt.benchmark import Job, run_jobs
 from springopt.benchmark.execute import Progress
 from springopt.errors import PluginError, UserError, did_you_mean
 from springopt.registry import installed
-from springopt.report.figures import save
-from springopt.reproduction.experiment import Experiment, Section
+from springopt.reproduction.experiment import Experiment
 from springopt.reproduction.experiments import EXPERIMENTS
 from springopt.reproduction.extent import Extent
-from springopt.reproduction.page import names, page
+from springopt.reproduction.page import Page, names
+from springopt.reproduction.publish import PICTURES, publish, require_new
 from springopt.reproduction.runs import Runs
 
-PAGE, PICTURES = "reproduction.md", "reproduction"
 PLUGINS = "springopt-paper-ga, springopt-gradient, springopt-balance, springopt-analytic and springopt-pymoo"
 
 
@@ -40,15 +39,14 @@ def reproduce(
         progress: see `run_jobs`.
     """
     experiments = _chosen(only)
-    written = _require_new(out)
     jobs = _jobs(experiments, extent)
     _require_installed(jobs)
+    require_new(out)
     outcomes = run_jobs(jobs, (runs or out / "runs") / extent.name, workers=workers, progress=progress)
     found = Runs(outcomes)
     sections = {experiment: experiment.section(found, extent) for experiment in experiments}
-    _save_pictures(sections.values(), out / PICTURES)
-    written.write_text(page(sections, extent, pictures=PICTURES), encoding="utf-8")
-    return written
+    text = Page(extent, tuple(only), PICTURES).text(sections)
+    return publish(out, text, [picture for section in sections.values() for picture in section.pictures])
 
 
 def _chosen(only: Sequence[str]) -> list[Experiment]:
@@ -60,17 +58,12 @@ def _chosen(only: Sequence[str]) -> list[Experiment]:
     return [experiment for name, experiment in known.items() if name in only or not only]
 
 
-def _require_new(out: Path) -> Path:
-    for path in (out / PAGE, out / PICTURES):
-        if path.exists():
-            raise UserError(f"{path} exists already, and nothing is overwritten; move it away, or name another --out.")
-    return out / PAGE
-
-
 def _jobs(experiments: Iterable[Experiment], extent: Extent) -> list[Job]:
-    """Of all experiments, each job once: some share runs."""
-    jobs = [job for experiment in experiments for job in experiment.jobs(extent)]
-    return list({(*job.pair, job.seed): job for job in jobs}.values())
+    """Of all experiments, each job once: some share runs. `run_jobs` refuses different ones with the same place."""
+    jobs: list[Job] = []
+    for experiment in experiments:
+        jobs += [job for job in experiment.jobs(extent) if job not in jobs]
+    return jobs
 
 
 def _require_installed(jobs: Iterable[Job]) -> None:
@@ -78,10 +71,3 @@ def _require_installed(jobs: Iterable[Job]) -> None:
     if missing:
         said = ", ".join(missing)
         raise PluginError(f"this needs the optimizers {said}, which are not installed; install {PLUGINS}.")
-
-
-def _save_pictures(sections: Iterable[Section], folder: Path) -> None:
-    folder.mkdir(parents=True)
-    for section in sections:
-        for picture in section.pictures:
-            save(picture.figure, folder / f"{picture.name}.png")

@@ -29,7 +29,8 @@ def test_a_page_has_its_sections_in_the_order_of_the_paper_each_with_the_command
         "## Section 3.2 and Figure 2: topology in 3D",
     ]
     for name in ("figure-1", "topology-3d"):
-        assert f"\nspringopt reproduce --quick --only {name}\n" in text
+        assert f"\nspringopt reproduce --quick --only {name} --out {name}\n" in text
+    assert "\nspringopt reproduce --quick --only topology-3d --only figure-1\n" in text
     assert "Springs found: 463 in the paper (section 3.2)" in text
     assert str(folder) not in text
 
@@ -51,6 +52,18 @@ def test_runs_that_are_there_are_not_made_again(folder: Path) -> None:
 def test_nothing_is_overwritten(folder: Path) -> None:
     with pytest.raises(UserError, match=r"reproduction\.md exists already, and nothing is overwritten"):
         reproduce(folder / "first", TINY)
+
+
+def test_a_folder_that_can_t_be_made_is_one_sentence(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(UserError, match=r"the folder .*file/below can't be made .*; name another --out"):
+        reproduce(tmp_path / "file" / "below", TINY, only=["figure-1"])
+
+
+def test_what_an_interrupted_call_left_of_its_pictures_does_no_harm(tmp_path: Path, folder: Path) -> None:
+    (tmp_path / "reproduction.partial").mkdir()
+    reproduce(tmp_path, TINY, only=["figure-1"], runs=folder / "runs")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["reproduction", "reproduction.md"]
 
 
 def test_an_experiment_that_there_is_not_is_refused(tmp_path: Path) -> None:
