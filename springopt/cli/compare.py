@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
@@ -14,6 +15,7 @@ from springopt.cli.bar import counting_bar
 from springopt.cli.main import COMMANDS
 from springopt.cli.outputs import TABLE_ENDINGS, require_new, require_new_folder
 from springopt.cli.results import print_table
+from springopt.errors import UserError
 
 if TYPE_CHECKING:
     from springopt.comparison import Comparison
@@ -56,13 +58,13 @@ def command(
     from a scene's start, which needs no search, to its floor. Running times are counted in evaluations, forward solves
     and processor seconds.
     """
+    on, chosen = _chosen_scenes(scenes, shown), _names("--optimizers", optimizers)
     table = None if csv is None else require_new(csv, TABLE_ENDINGS)
     folder = None if figures is None else require_new_folder(figures)
     from springopt.comparison import compare
 
-    chosen = [shown] if shown else _names(scenes)
     with _bar() as progress:
-        comparison = compare(paths, optimizers=_names(optimizers), scenes=chosen, target=target, progress=progress)
+        comparison = compare(paths, optimizers=chosen, scenes=on, target=target, progress=progress)
     if table:
         _write(comparison, table)
     if folder:
@@ -82,9 +84,22 @@ def _bar() -> Iterator[Callable[[int, int], None] | None]:
         yield show and (lambda read, runs: show(read, runs, "runs read"))
 
 
-def _names(given: Sequence[str]) -> list[str]:
-    """Names with commas between them, from an option that may be repeated."""
-    return [name.strip() for text in given for name in text.split(",") if name.strip()]
+def _chosen_scenes(scenes: Sequence[str], shown: str | None) -> list[str]:
+    if shown is None:
+        return _names("--scenes", scenes)
+    if scenes:
+        raise UserError("--scene shows one scene and --scenes chooses several; give one of the two.")
+    if not shown.strip():
+        raise UserError("--scene is empty; name a scene, or leave it away.")
+    return [shown]
+
+
+def _names(option: str, given: Sequence[str]) -> list[str]:
+    """Names with commas between them, those within brackets apart, from an option that may be repeated."""
+    names = [name.strip() for text in given for name in re.split(r",(?![^(]*\))", text) if name.strip()]
+    if given and not names:
+        raise UserError(f"{option} is empty; name what to compare, or leave it away for all.")
+    return names
 
 
 def _write(comparison: Comparison, path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 
 from springopt.errors import UserError
@@ -12,13 +13,27 @@ TABLE_ENDINGS = (".csv",)
 
 
 def require_new_folder(path: str) -> Path:
-    """The path of a folder that does not exist yet, or is empty."""
+    """The path of a folder that does not exist yet and can be made, or is empty."""
     folder = Path(path)
     if folder.is_dir() and not any(folder.iterdir()):
         return folder
     if folder.exists():
         raise UserError(f"{path} exists already, and nothing is overwritten; name another folder.")
+    _require_possible(folder)
     return folder
+
+
+def _require_possible(folder: Path) -> None:
+    """Makes the folder and takes it away again: what a file system allows, only trying tells."""
+    missing = [each for each in (folder, *folder.parents) if not each.exists()]
+    try:
+        folder.mkdir(parents=True)
+    except OSError as error:
+        raise UserError(f"{folder} can't be made ({error.strerror}); name another folder.") from None
+    finally:
+        for each in missing:
+            with suppress(OSError):
+                each.rmdir()
 
 
 def require_new(path: str, endings: tuple[str, ...]) -> Path:

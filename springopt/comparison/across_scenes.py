@@ -22,6 +22,7 @@ from springopt.comparison.effect_size import rank_biserial
 from springopt.comparison.holm import holm
 
 ALPHA = 0.05
+ROUNDING = 1e-9  # of the greatest chi-square; ranks that differ at all leave far more
 
 
 @dataclass(frozen=True)
@@ -30,8 +31,8 @@ class Friedman:
 
     chi_square: float  #: corrected for ties
     p: float
-    f: float  #: Iman and Davenport's statistic, which is less conservative
-    p_f: float
+    f: float | None  #: Iman and Davenport's statistic, which is less conservative; None where all scenes rank alike
+    p_f: float | None
     kendall_w: float  #: effect size: 0 where the scenes rank the methods at random, 1 where all rank them alike
 
 
@@ -87,10 +88,16 @@ def friedman(gaps: Floats) -> Friedman:
     return Friedman(chi_square, p, f, p_f, chi_square / (scenes * (methods - 1)))
 
 
-def iman_davenport(chi_square: float, scenes: int, methods: int) -> tuple[float, float]:
-    """F statistic and its p (Demsar 2006, section 3.2.2); inf and 0 where all scenes rank alike."""
-    rest = scenes * (methods - 1) - chi_square
-    f = (scenes - 1) * chi_square / rest if rest > 0 else math.inf
+def iman_davenport(chi_square: float, scenes: int, methods: int) -> tuple[float, float] | tuple[None, None]:
+    """F statistic and its p (Demsar 2006, section 3.2.2).
+
+    None where all scenes rank alike: F is infinite then, and its p of 0 is what no finite number of scenes can show.
+    """
+    most = scenes * (methods - 1)
+    rest = most - chi_square
+    if rest <= ROUNDING * most:
+        return None, None
+    f = (scenes - 1) * chi_square / rest
     return f, float(f_distribution.sf(f, methods - 1, (methods - 1) * (scenes - 1)))
 
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Set
+from collections.abc import Mapping, Set
 from dataclasses import dataclass
+from heapq import nlargest
+
+MOST = 100  # sets of scenes that are gone on from
 
 
 @dataclass(frozen=True)
@@ -19,11 +22,13 @@ class Block:
 def complete_block(served: Mapping[str, Set[str]], words: Mapping[tuple[str, str], str]) -> Block:
     """The methods and scenes, each method on each scene, of which there are the most pairs; of as many, more scenes.
 
+    Of very many different sets of scenes the best may be missed, and one near it is taken.
+
     Args:
         served: method -> the scenes that it has runs on.
         words: (method, scene) -> why there is none, in a word.
     """
-    best = max(_candidates(served.values()), key=lambda scenes: _size(served, scenes))
+    best = max(_candidates(served), key=lambda scenes: _size(served, scenes))
     methods = sorted(method for method, its in served.items() if its >= best)
     everything = frozenset[str]().union(*served.values())
     methods_left_out = {}
@@ -37,12 +42,18 @@ def complete_block(served: Mapping[str, Set[str]], words: Mapping[tuple[str, str
     return Block(methods, sorted(best), methods_left_out, scenes_left_out)
 
 
-def _candidates(served: Iterable[Set[str]]) -> set[frozenset[str]]:
-    """All sets of scenes that some methods have in common."""
-    its = {frozenset(scenes) for scenes in served if scenes}
-    common = set(its)
-    while len(common) < len(common := common | {first & second for first in common for second in its}):
-        pass
+def _candidates(served: Mapping[str, Set[str]]) -> set[frozenset[str]]:
+    """Sets of scenes that some methods have in common.
+
+    All of them where they are few; else those that come by intersecting the best so far, because their number may
+    double with each method.
+    """
+    its = {frozenset(scenes) for scenes in served.values() if scenes}
+    common = newest = its
+    while newest:
+        newest = {first & second for first in newest for second in its} - common
+        newest = set(nlargest(MOST, newest, key=lambda scenes: _size(served, scenes)))
+        common = common | newest
     return common - {frozenset()}
 
 

@@ -22,12 +22,14 @@ class MethodSummary:
     solvable: int  #: of its scenes, those whose target any method reached
     success_rate: float  #: mean over its scenes of the share of runs that reached the target
     #: Median over the solvable scenes of its expected running time over the best method's, by unit; inf where it
-    #: reached less than half of them, None without such scenes.
+    #: reached at most half of them, None without such scenes.
     times_the_best: dict[str, float | None]
     better: int  #: pairs of a scene and another method where its final values are lower, at 5 % after Holm's correction
     even: int
     worse: int
-    test_over_train: float | None  #: median over scenes of the median test error over the median training error
+    #: Medians of the runs' medians over the scenes that have test load cases; None without such scenes.
+    train_error: float | None
+    test_error: float | None
     overhead_share: float  #: median over scenes of what is not forward solve, of the processor seconds
     overhead_per_evaluation: float  #: the same in processor seconds for each evaluation
 
@@ -47,6 +49,7 @@ def _summary(method: str, scenes: Sequence[SceneComparison], target: int) -> Met
         if scene.scene in its and any(each.targets[target].successes for each in scene.methods)
     ]
     better, even, worse = _outcomes(method, scenes)
+    errors = [(each.train_error.median, each.test_error.median) for each in its.values() if each.test_error]
     each_per_evaluation = [each.cost.overhead_seconds / each.cost.evaluations for each in its.values()]
     return MethodSummary(
         method=method,
@@ -59,7 +62,8 @@ def _summary(method: str, scenes: Sequence[SceneComparison], target: int) -> Met
         better=better,
         even=even,
         worse=worse,
-        test_over_train=_median([_test_over_train(each) for each in its.values()]),
+        train_error=_median([train for train, _ in errors]),
+        test_error=_median([test for _, test in errors]),
         overhead_share=float(np.median([_overhead_share(each) for each in its.values()])),
         overhead_per_evaluation=float(np.median(each_per_evaluation)),
     )
@@ -83,12 +87,6 @@ def _outcomes(method: str, scenes: Sequence[SceneComparison]) -> tuple[int, int,
         even += pair.ends_lower is None
         worse += pair.ends_lower not in (method, None)
     return better, even, worse
-
-
-def _test_over_train(each: MethodOnScene) -> float | None:
-    if each.test_error is None or not each.train_error.median > 0:
-        return None
-    return each.test_error.median / each.train_error.median
 
 
 def _overhead_share(each: MethodOnScene) -> float:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,6 +27,7 @@ class Record:
     path: Path
     scene: str
     digest: str | None  #: of what decides the scene's values
+    tests: str  #: digest of its test load cases, which decide no value
     minimize: str  #: the scene's misfit
     method: str  #: what the optimizer is called in the comparison
     optimizer: str
@@ -34,6 +36,7 @@ class Record:
     start: str | None  #: what ran first
     budget: dict[str, float]  #: the limits that were set
     processor: str  #: the type of processor that it ran on
+    build: dict[str, str]  #: versions of what took part in the arithmetic, see `springopt.origin`
     values: Floats  #: the best value at each improvement, falling, shape (i,)
     spent: dict[str, Floats]  #: when each improvement came, by unit, shape (i,)
     total: dict[str, float]  #: what the whole run spent, by unit
@@ -52,12 +55,21 @@ class Record:
         return float(self.spent[unit][reached]) if reached < len(self.values) else math.inf
 
     def is_like(self, other: Record) -> bool:
-        """Whether both runs took the same course to the bit, whatever their seeds; times apart."""
-        return (
-            np.array_equal(self.values, other.values)
-            and np.array_equal(self.spent["evaluations"], other.spent["evaluations"])
-            and self.total["evaluations"] == other.total["evaluations"]
-        )
+        """Whether both runs took the same course to the bit, whatever their seeds; times apart.
+
+        Of a run that a limit of seconds may have ended early, as far as it went.
+        """
+        shorter = min(self, other, key=lambda run: run.total["evaluations"])
+        until = shorter.total["evaluations"]
+        ended_alike = self.total["evaluations"] == other.total["evaluations"]
+        if not ended_alike and not (shorter.why_stopped == "budget" and "seconds" in shorter.budget):
+            return False
+        return all(np.array_equal(*pair) for pair in zip(self._course(until), other._course(until), strict=True))
+
+    def _course(self, until: float) -> tuple[Floats, Floats]:
+        """Evaluations and values of the improvements up to some evaluations."""
+        count = int(np.searchsorted(self.spent["evaluations"], until, side="right"))
+        return self.spent["evaluations"][:count], self.values[:count]
 
 
 def record_of(order: Order, run: Run, path: Path, method: str) -> Record:
@@ -67,7 +79,8 @@ def record_of(order: Order, run: Run, path: Path, method: str) -> Record:
         path=path,
         scene=run.scene,
         digest=run.scene_digest,
-        minimize=_misfit_of(order.scene),
+        tests=_facts_of(order.scene).tests,
+        minimize=_facts_of(order.scene).minimize,
         method=method,
         optimizer=run.optimizer,
         seed=run.seed,
@@ -75,6 +88,7 @@ def record_of(order: Order, run: Run, path: Path, method: str) -> Record:
         start=run.start,
         budget={name: limit for name, limit in order.budget.items() if limit is not None},
         processor=order.origin.get("processor", "unknown"),
+        build={name: made for name, made in order.origin.items() if name != "processor"},
         values=np.array([each.value for each in run.history]),
         spent=spent,
         total={unit: float(getattr(run, unit)) for unit in UNITS},
@@ -98,6 +112,13 @@ def mean_error(errors: Sequence[dict[str, Any]], role: str) -> float | None:
     return math.inf if math.isnan(mean) else mean
 
 
+class _Facts(NamedTuple):
+    minimize: str
+    tests: str
+
+
 @lru_cache(maxsize=64)
-def _misfit_of(scene: str) -> str:
-    return json.loads(scene)["objective"]["minimize"]
+def _facts_of(scene: str) -> _Facts:
+    tables = json.loads(scene)
+    tests = json.dumps(tables["load_cases"].get("test", []), sort_keys=True)
+    return _Facts(tables["objective"]["minimize"], hashlib.blake2b(tests.encode(), digest_size=16).hexdigest())

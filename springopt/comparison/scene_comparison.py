@@ -55,7 +55,7 @@ class MethodOnScene:
 
     method: str
     runs: int
-    deterministic: bool  #: all runs, whatever their seeds, took the same course to the bit
+    deterministic: bool  #: all runs, whatever their seeds, took the same course to the bit, see `Record.is_like`
     value: Spread  #: final objective
     gap: Spread  #: share of the way from the start to the floor that was left
     targets: dict[int, Target]  #: by exponent
@@ -88,14 +88,15 @@ def compare_on_scene(records: Sequence[Record], folders: Sequence[Path]) -> Scen
 
 def are_alike(records: Sequence[Record]) -> bool:
     """Whether several runs of a method all took the same course."""
-    return len(records) > 1 and all(record.is_like(records[0]) for record in records)
+    longest = max(records, key=lambda record: record.total["evaluations"])
+    return len(records) > 1 and all(record.is_like(longest) for record in records)
 
 
 def sample_of(records: Sequence[Record], way: Way) -> Sample:
     """The final gaps of a method, as they are tested."""
     deterministic = are_alike(records)
     gaps = clipped(np.array([way.gap(record.value) for record in records]))
-    return Sample(records[0].method, gaps[:1] if deterministic else gaps, deterministic)
+    return Sample(records[0].method, np.array([np.median(gaps)]) if deterministic else gaps, deterministic)
 
 
 def summary(records: Sequence[Record], way: Way) -> MethodOnScene:
@@ -123,7 +124,10 @@ def _target(records: Sequence[Record], way: Way, exponent: int) -> Target:
     totals = {unit: np.array([record.total[unit] for record in records]) for unit in UNITS}
     expected = {unit: running_time(np.where(solved, times[unit], totals[unit]), solved) for unit in UNITS}
     successes = int(solved.sum())
-    return Target(successes, success_rate(successes, len(records)), expected)
+    rate = success_rate(successes, len(records))
+    if are_alike(records) and successes in (0, len(records)):
+        rate = Estimate(rate.value, rate.value, rate.value)  # one answer, and nothing to be unsure of
+    return Target(successes, rate, expected)
 
 
 def _cost(records: Sequence[Record]) -> Cost:

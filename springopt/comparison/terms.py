@@ -28,7 +28,7 @@ def on_equal_terms(records: Sequence[Record]) -> tuple[list[Record], list[str]]:
         _require_single(group)
     for _, group in grouped(named, "scene"):
         notes += _unequal_budgets(group)
-    return named, notes + _unequal_processors(named)
+    return named, notes + _unequal_processors(named) + _unequal_builds(named)
 
 
 def grouped(records: Iterable[Record], *names: str) -> Iterator[tuple[tuple[Any, ...], list[Record]]]:
@@ -48,6 +48,11 @@ def _require_one_scene(records: Sequence[Record]) -> None:
             raise UserError(
                 f"{first.path} and {other.path} are runs on two states of a scene, both called {first.scene}; "
                 "compare them apart."
+            )
+        if other.tests != first.tests:
+            raise UserError(
+                f"{first.path} and {other.path} are runs with different test load cases on scenes that are both called "
+                f"{first.scene}; compare them apart."
             )
 
 
@@ -99,3 +104,20 @@ def _unequal_processors(records: Sequence[Record]) -> list[str]:
     if len(processors) == 1:
         return []
     return [f"the runs were made on {len(processors)} types of processor: their seconds can't be compared."]
+
+
+def _unequal_builds(records: Sequence[Record]) -> list[str]:
+    """A sentence if the runs of a method were made by different builds."""
+    methods: dict[str, set[str]] = {}
+    for (method,), group in grouped(records, "method"):
+        names = {name for each in group for name in each.build}
+        differing = {name for name in names if len({each.build.get(name) for each in group}) > 1}
+        if differing:
+            methods[method] = differing
+    if not methods:
+        return []
+    parts = ", ".join(sorted(set[str]().union(*methods.values())))
+    return [
+        f"the runs of {', '.join(methods)} were made by builds that differ in {parts}: such a name stands for several "
+        "states of it."
+    ]

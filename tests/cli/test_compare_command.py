@@ -73,6 +73,33 @@ def test_nothing_is_overwritten(springopt, results: Path, tmp_path: Path) -> Non
     assert springopt("compare", str(results), "--csv", "all.txt").code == 2
 
 
+@pytest.mark.parametrize("folder", ["/dev/null/x", "/proc/x"])
+def test_a_folder_that_can_t_be_made_is_told_before_anything_is_read(springopt, folder: str) -> None:
+    done = springopt("compare", "nowhere", "--figures", folder)
+    assert done.code == 2
+    assert f"{folder} can't be made" in done.err
+
+
+def test_where_nothing_can_be_compared_no_folder_is_left(springopt, tmp_path: Path) -> None:
+    assert springopt("compare", "nowhere", "--figures", "deep/drawn").code == 2
+    assert not (tmp_path / "deep").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["--scenes", ""], "--scenes is empty"),
+        (["--optimizers", ","], "--optimizers is empty"),
+        (["--scene", ""], "--scene is empty"),
+        (["--scene", SCENES[0], "--scenes", SCENES[1]], "give one of the two"),
+    ],
+)
+def test_a_choice_that_says_nothing_is_refused(springopt, results: Path, arguments: list[str], sentence: str) -> None:
+    done = springopt("compare", str(results), *arguments)
+    assert done.code == 2
+    assert sentence in done.err
+
+
 def test_a_mistake_is_one_sentence(springopt, results: Path) -> None:
     done = springopt("compare", str(results), "--scenes", "paper-fem")
     assert done.code == 2

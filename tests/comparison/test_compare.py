@@ -18,6 +18,8 @@ from springopt.comparison.targets import Way
 
 MakeRecord = Callable[..., Record]
 
+ERRORS = [("solved", 1e-16, 3e-16), ("held out none", 0.5, None)]
+
 
 class TestCompleteBlock:
     def test_everybody_everywhere_leaves_nothing_out(self) -> None:
@@ -43,6 +45,12 @@ class TestCompleteBlock:
         block = complete_block({"a": {"1", "2", "3", "4"}, "b": {"4"}}, {})
         assert (block.methods, block.scenes) == (["a", "b"], ["4"])
 
+    def test_many_methods_that_each_lack_another_scene_need_no_search_through_all_sets(self) -> None:
+        # Whichever k scenes are left out, the k methods that lack them stay: (n - k) k pairs, the most at half.
+        names = [f"{number:02}" for number in range(40)]
+        block = complete_block({name: set(names) - {name} for name in names}, {})
+        assert (len(block.methods), len(block.scenes)) == (20, 20)
+
     def test_a_method_that_serves_nothing_is_left_out(self) -> None:
         block = complete_block({"a": {"1"}, "b": {"1"}, "c": set()}, {("c", "1"): "memory"})
         assert block.methods_left_out == {"c": "not on 1 (memory)"}
@@ -66,6 +74,8 @@ class TestRanking:
         ranking = rank(["a", "b", "c"], [str(scene) for scene in range(12)], gaps)
         assert ranking.friedman is not None
         assert ranking.friedman.kendall_w == pytest.approx(1)
+        assert (ranking.friedman.f, ranking.friedman.p_f) == (None, None)
+        assert ranking.friedman.p == pytest.approx(np.exp(-12))  # of a chi-square of 24 with two degrees of freedom
         assert [pair.rank_biserial for pair in ranking.pairs] == [1, 1, 1]
         assert all(pair.p == pytest.approx(2 * 0.5**12) for pair in ranking.pairs)
 
@@ -96,7 +106,23 @@ def test_a_summary_counts_against_the_best_method(record: MakeRecord, tmp_path: 
     assert first.times_the_best == dict.fromkeys(("evaluations", "solves", "processor_seconds"), 1)
     assert second.times_the_best == dict.fromkeys(("evaluations", "solves", "processor_seconds"), 3)
     assert (second.reached, second.scenes, second.success_rate) == (1, 1, 1)
-    assert (second.test_over_train, second.overhead_share) == (pytest.approx(2), 0.25)
+    assert (second.train_error, second.test_error, second.overhead_share) == (0.1, 0.2, 0.25)
+
+
+def test_a_method_that_reached_half_of_the_scenes_has_no_median(record: MakeRecord, tmp_path: Path) -> None:
+    runs = {scene: [record([(1, 1.0), (2, 0.0)], scene=scene, method="b")] for scene in ("one", "two")}
+    runs["one"].append(record([(1, 1.0), (4, 0.0)], scene="one"))
+    runs["two"].append(record([(1, 1.0)], scene="two"))
+    (its,) = summarize(["a"], [compare_on_scene(each, [tmp_path]) for each in runs.values()], 2)
+    assert (its.reached, its.solvable, its.times_the_best["evaluations"]) == (1, 2, np.inf)
+
+
+def test_errors_of_a_summary_are_of_scenes_with_test_load_cases(record: MakeRecord, tmp_path: Path) -> None:
+    runs = {name: [record([(1, 0.0)], scene=name, train_error=error, test_error=test)] for name, error, test in ERRORS}
+    (its,) = summarize(["a"], [compare_on_scene(its, [tmp_path]) for its in runs.values()], 2)
+    assert (its.train_error, its.test_error) == (1e-16, 3e-16)
+    (without,) = summarize(["a"], [compare_on_scene(runs["held out none"], [tmp_path])], 2)
+    assert (without.train_error, without.test_error) == (None, None)
 
 
 def test_the_document_has_everything_and_no_number_that_json_lacks(two_scenes: Path) -> None:

@@ -11,11 +11,13 @@ from springopt.comparison.results import read_results
 from springopt.comparison.terms import on_equal_terms
 from springopt.errors import UserError
 from springopt.runner import solve
-from springopt.scene import Scene
+from springopt.scene import Scene, load_scene
 from springopt.scene.bundled import SceneHead
 from springopt.store import read
 
 MakeRecord = Callable[..., Record]
+
+NINE = (Path(__file__).parents[1] / "data" / "nine-nodes.toml").read_text()
 
 
 def test_a_folder_s_runs_go_by_its_labels(folder: Path) -> None:
@@ -132,6 +134,26 @@ def test_two_states_of_a_scene_are_refused(record: MakeRecord) -> None:
         on_equal_terms([record([(1, 1.0)]), record([(1, 1.0)], digest="2", seed=1)])
 
 
+def test_different_test_load_cases_under_one_scene_s_name_are_refused(
+    nine: Scene, folder: Path, add_run: Callable[..., Path], tmp_path: Path
+) -> None:
+    other = tmp_path / "nine.toml"
+    other.write_text(NINE.replace("force = [0.0, -0.2]", "force = [0.0, -0.3]"))
+    scene = load_scene(other)
+    assert scene.digest() == nine.digest()
+    add_run("wide", 8, seed=7, scene=scene)
+    with pytest.raises(UserError, match=r"different test load cases.*compare them apart"):
+        read_results([folder])
+
+
+def test_builds_that_differ_under_one_name_are_told(record: MakeRecord) -> None:
+    _, notes = on_equal_terms(
+        [record([(1, 1.0)]), record([(1, 1.0)], seed=1, build={"numpy": "2.1"}), record([(1, 1.0)], method="b")]
+    )
+    (note,) = notes
+    assert "the runs of a were made by builds that differ in numpy" in note
+
+
 def test_the_same_run_twice_is_refused(record: MakeRecord) -> None:
     with pytest.raises(UserError, match=r"one\.h5 and two\.h5 are the same run"):
         on_equal_terms([record([(1, 1.0)], path=Path("one.h5")), record([(1, 1.0)], path=Path("two.h5"))])
@@ -153,6 +175,15 @@ def test_runs_are_alike_where_every_improvement_is_the_same(record: MakeRecord) 
     assert first.is_like(record([(1, 4.0), (10, 2.0)], seed=1))
     assert not first.is_like(record([(1, 4.0), (11, 2.0)], seed=1))
     assert not first.is_like(record([(1, 4.0), (10, 2.0)], total=101, seed=1))
+
+
+def test_runs_that_seconds_ended_are_alike_as_far_as_the_shorter_went(record: MakeRecord) -> None:
+    first = record([(1, 4.0), (10, 2.0)], budget={"seconds": 1.0})
+    assert first.is_like(record([(1, 4.0), (10, 2.0)], total=101, budget={"seconds": 1.0}))
+    assert first.is_like(record([(1, 4.0)], total=9, budget={"seconds": 1.0}))
+    assert record([(1, 4.0)], total=9, budget={"seconds": 1.0}).is_like(first)
+    assert not first.is_like(record([(1, 4.0)], total=10, budget={"seconds": 1.0}))
+    assert not first.is_like(record([(1, 4.0)], total=9, budget={"seconds": 1.0}, why_stopped="optimizer finished"))
 
 
 def test_an_error_without_equilibrium_is_infinite_and_without_load_cases_there_is_none() -> None:

@@ -101,6 +101,27 @@ def test_equal_courses_are_one_answer_and_not_fifteen(record: MakeRecord, floor:
     assert (pair.lower.value, pair.ends_lower) == (1, "better")
 
 
+def test_equal_courses_have_a_success_rate_without_an_interval(record: MakeRecord, floor: Callable[..., Path]) -> None:
+    (method,) = compare_on_scene([record([(1, 0.5)], seed=seed) for seed in range(15)], [floor(0.5)]).methods
+    rate = method.targets[6].rate
+    assert (rate.low, rate.value, rate.high) == (1, 1, 1)
+
+
+def test_a_deterministic_method_is_known_where_seconds_ended_its_runs(
+    record: MakeRecord, floor: Callable[..., Path]
+) -> None:
+    improvements = [(1, 0.9), (10, 0.8), (20, 0.7)]
+    runs = [
+        record(improvements[:count], total=total, seed=total, budget={"seconds": 1.0})
+        for count, total in [(1, 5), (2, 12), (3, 30)]
+    ]
+    scene = compare_on_scene([*runs, *(record([(1, 0.6)], method="b", seed=seed) for seed in range(3))], [floor(0.5)])
+    assert [each.deterministic for each in scene.methods] == [True, True]
+    assert scene.methods[1].gap.median == pytest.approx(0.6)
+    (pair,) = scene.pairs
+    assert (pair.test, pair.ends_lower) == ("none", "b")
+
+
 def test_a_single_run_is_not_called_deterministic(record: MakeRecord, floor: Callable[..., Path]) -> None:
     (method,) = compare_on_scene([record([(1, 0.7)])], [floor(0.5)]).methods
     assert not method.deterministic

@@ -54,6 +54,11 @@ def estimate(found: Mapping[str, Any]) -> str:
     return value if low == high else f"{value} ({low} to {high})"
 
 
+def error(number: float | None) -> str:
+    """Three digits; - where there is none."""
+    return "-" if number is None else f"{number:.3g}"
+
+
 def p_value(p: float | None) -> str:
     """Three decimals, or the power of ten of what is less; - without a test."""
     if p is None:

@@ -56,12 +56,12 @@ def _times_table(scene: Document, target: int) -> Table:
     for each in scene["methods"]:
         reached = each["targets"][target]
         times = (said.estimate(reached["running_times"][unit]) for unit in UNITS)
-        rate = f"{reached['successes']} of {each['runs']} ({_percent(reached['rate'])})"
+        rate = f"{reached['successes']} of {each['runs']}{_interval(reached['rate'])}"
         table.add_row(each["method"], rate, *times)
     return captioned(
         table,
-        "95 % intervals: Wilson's of the success rate, by the bootstrap over the runs of the times; "
-        "unsuccessful runs count with what they spent.",
+        "95 % intervals: Wilson's of the success rate, none where all runs are the same; by the bootstrap over the "
+        "runs of the times; unsuccessful runs count with what they spent.",
     )
 
 
@@ -116,5 +116,6 @@ def _cell(pair: Document) -> str:
     return f"{pair['lower']['value']:.2f}{'*' if pair['ends_lower'] else ' '}"
 
 
-def _percent(rate: Document) -> str:
-    return f"{rate['low']:.0%} to {rate['high']:.0%}"
+def _interval(rate: Document) -> str:
+    """In brackets, where it has a width."""
+    return "" if rate["low"] == rate["high"] else f" ({rate['low']:.0%} to {rate['high']:.0%})"

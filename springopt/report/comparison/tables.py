@@ -58,7 +58,7 @@ def running_time_table(comparison: Document) -> Table:
         table,
         "reached: scenes where at least one run got there; success: share of the runs that did, mean over scenes; "
         "times the best: over the expected running time of the fastest optimizer, median over those of its scenes "
-        "where any got there; never: on less than half of them.",
+        "where any got there; never: it did on at most half of them.",
     )
 
 
@@ -87,16 +87,16 @@ def cost_table(comparison: Document) -> Table:
     table = plain_table(
         "Test error and overhead",
         ["optimizer"],
-        ["runs", "test over training error", "overhead", "for each evaluation"],
+        ["runs", "training error", "test error", "overhead", "for each evaluation"],
     )
     for each in comparison["methods"]:
-        ratio = "-" if each["test_over_train"] is None else f"{each['test_over_train']:.3g}"
+        errors = said.error(each["train_error"]), said.error(each["test_error"])
         overhead = f"{each['overhead_share']:.0%}", said.seconds(each["overhead_per_evaluation"])
-        table.add_row(each["method"], f"{each['runs']}", ratio, *overhead)
+        table.add_row(each["method"], f"{each['runs']}", *errors, *overhead)
     return captioned(
         table,
-        "errors: mean distance of the nodes over the smallest rest length, mean over the load cases; overhead: "
-        "processor time outside forward solves and derivatives. Medians over scenes.",
+        "errors: mean distance of the nodes over the smallest rest length, mean over the load cases, on scenes with "
+        "test load cases; overhead: processor time outside forward solves and derivatives. Medians over scenes.",
     )
 
 
@@ -148,9 +148,10 @@ def _ranking_sentences(ranking: Document, block: Document) -> list[str]:
     friedman = ranking["friedman"]
     sentences = [f"Critical difference of mean ranks {ranking['critical_difference']:.2f} (Nemenyi, 5 %)."]
     if friedman:
+        f = "-" if friedman["f"] is None else f"{friedman['f']:.2f}"
         sentences.append(
             f"Friedman: chi-square {friedman['chi_square']:.2f}, p {said.p_value(friedman['p'])}; Iman and Davenport: "
-            f"F {friedman['f']:.2f}, p {said.p_value(friedman['p_f'])}; Kendall's W {friedman['kendall_w']:.2f}."
+            f"F {f}, p {said.p_value(friedman['p_f'])}; Kendall's W {friedman['kendall_w']:.2f}."
         )
     sentences.append(
         "p: Wilcoxon's test of scene medians against the first, with Holm's correction for all pairs; effect: "
