@@ -135,13 +135,14 @@ def _print(comparison: Comparison) -> None:
 
 
 def _print_scenes(comparison: Comparison) -> None:
+    from springopt.comparison.failure import FAILED
     from springopt.report.comparison.scene_tables import scene_tables
 
     for scene in asdict(comparison)["scenes"]:
         for table in scene_tables(scene, comparison.target):
             print_table(table)
     for refusal in comparison.refusals:
-        click.echo(f"Not served: {refusal.sentence}")
+        click.echo(f"{'Failed' if refusal.word == FAILED else 'Not served'}: {refusal.sentence}")
     _print_notes(comparison)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -13,6 +14,7 @@ import numpy as np
 
 from springopt.comparison.across_scenes import Ranking, rank
 from springopt.comparison.complete_block import Block, complete_block
+from springopt.comparison.failure import Failure
 from springopt.comparison.least_p import too_few
 from springopt.comparison.method_summary import MethodSummary, summarize
 from springopt.comparison.profiles import Curves, performance_profile, solved_over_budget
@@ -31,6 +33,7 @@ class Comparison:
     methods: list[MethodSummary]
     scenes: list[SceneComparison]
     refusals: list[Refusal]
+    failures: list[Failure]  #: runs that failed
     left_out: list[LeftOut]
     block: Block  #: what the ranking is taken from
     ranking: Ranking | None  #: None where no two methods have two scenes in common
@@ -62,19 +65,24 @@ def compare(
     places = [Path(path) for path in paths]
     results = read_results(places, optimizers=optimizers, scenes=scenes, progress=progress)
     folders = [Path(), *(path if path.is_dir() else path.parent for path in places)]
-    compared = [compare_on_scene(records, folders) for _, records in grouped(results.records, "scene")]
+    failed = Counter((each.scene, each.method) for each in results.failures)
+    compared = [
+        compare_on_scene(records, folders, {method: count for (on, method), count in failed.items() if on == scene})
+        for (scene,), records in grouped(results.records, "scene")
+    ]
     block = _block(results)
     ranking = _ranking(block, compared)
     ways = {each.scene: each.way for each in compared}
     return Comparison(
         target=target,
-        methods=summarize(_order(compared, ranking), compared, target),
+        methods=summarize(_order(compared, ranking), compared, target, failed),
         scenes=compared,
         refusals=results.refusals,
+        failures=results.failures,
         left_out=results.left_out,
         block=block,
         ranking=ranking,
-        solved_over_budget=solved_over_budget(_by_scene_and_method(results.records), ways),
+        solved_over_budget=solved_over_budget(_by_scene_and_method(results.records), ways, failed),
         performance_profiles=_profiles(results.methods, compared),
         notes=[
             *(note for each in compared for note in each.way.notes),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -16,8 +17,9 @@ class MethodSummary:
     """What a method did over the scenes that it has runs on."""
 
     method: str
-    scenes: int
-    runs: int
+    scenes: int  #: that it has runs on, failed ones as well
+    runs: int  #: that ended
+    failed: int  #: others
     reached: int  #: scenes whose target at least one run reached
     solvable: int  #: of its scenes, those whose target any method reached
     success_rate: float  #: mean over its scenes of the share of runs that reached the target
@@ -34,30 +36,49 @@ class MethodSummary:
     overhead_per_evaluation: float  #: the same in processor seconds for each evaluation
 
 
-def summarize(methods: Sequence[str], scenes: Sequence[SceneComparison], target: int) -> list[MethodSummary]:
-    """One summary for each method that has a run, for a target of 10 to the minus this."""
-    return [summary for method in methods if (summary := _summary(method, scenes, target))]
+def summarize(
+    methods: Sequence[str],
+    scenes: Sequence[SceneComparison],
+    target: int,
+    failed: Mapping[tuple[str, str], int] | None = None,
+) -> list[MethodSummary]:
+    """One summary for each method that has a run, for a target of 10 to the minus this.
+
+    Args:
+        failed: (scene, method) -> how many runs failed; by default none.
+    """
+    summaries = []
+    for method in methods:
+        its_failed = {scene: count for (scene, other), count in (failed or {}).items() if other == method}
+        summaries.append(_summary(method, scenes, target, its_failed))
+    return [summary for summary in summaries if summary]
 
 
-def _summary(method: str, scenes: Sequence[SceneComparison], target: int) -> MethodSummary | None:
+def _summary(
+    method: str, scenes: Sequence[SceneComparison], target: int, failed: Mapping[str, int]
+) -> MethodSummary | None:
     its = {scene.scene: each for scene in scenes for each in scene.methods if each.method == method}
     if not its:
         return None
     solvable = [
         scene
         for scene in scenes
-        if scene.scene in its and any(each.targets[target].successes for each in scene.methods)
+        if (scene.scene in its or scene.scene in failed)
+        and any(each.targets[target].successes for each in scene.methods)
     ]
+    lost = set(failed) - set(its)  # scenes where no run is left: nothing was reached there
+    rates = [each.targets[target].rate.value for each in its.values()] + [0.0] * len(lost)
     better, even, worse = _outcomes(method, scenes)
     errors = [(each.train_error.median, each.test_error.median) for each in its.values() if each.test_error]
     each_per_evaluation = [each.cost.overhead_seconds / each.cost.evaluations for each in its.values()]
     return MethodSummary(
         method=method,
-        scenes=len(its),
+        scenes=len(its) + len(lost),
         runs=sum(each.runs for each in its.values()),
+        failed=sum(failed.values()),
         reached=sum(each.targets[target].successes > 0 for each in its.values()),
         solvable=len(solvable),
-        success_rate=float(np.mean([each.targets[target].rate.value for each in its.values()])),
+        success_rate=float(np.mean(rates)),
         times_the_best={unit: _times_the_best(its, solvable, target, unit) for unit in UNITS},
         better=better,
         even=even,
@@ -75,7 +96,8 @@ def _times_the_best(
     ratios = []
     for scene in solvable:
         best = min(each.targets[target].running_times[unit].value for each in scene.methods)
-        ratios.append(its[scene.scene].targets[target].running_times[unit].value / best)
+        own = its.get(scene.scene)
+        ratios.append(own.targets[target].running_times[unit].value / best if own else math.inf)
     return _median(ratios)
 
 

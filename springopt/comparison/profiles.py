@@ -27,7 +27,11 @@ class Curves:
     shares: dict[str, list[float]]  #: by method
 
 
-def solved_over_budget(records: Mapping[tuple[str, str], Sequence[Record]], ways: Mapping[str, Way]) -> list[Curves]:
+def solved_over_budget(
+    records: Mapping[tuple[str, str], Sequence[Record]],
+    ways: Mapping[str, Way],
+    failed: Mapping[tuple[str, str], int] | None = None,
+) -> list[Curves]:
     """Empirical distributions of running times: the share of (scene, target, run) reached within each budget.
 
     As COCO draws them (Hansen, Auger, Brockhoff, Tusar and Tusar, *COCO: performance assessment*, arXiv 1605.03560,
@@ -36,15 +40,22 @@ def solved_over_budget(records: Mapping[tuple[str, str], Sequence[Record]], ways
     Args:
         records: (scene, method) -> its runs.
         ways: scene -> its way; all of them count.
+        failed: (scene, method) -> how many runs failed, which reached nothing; by default none.
     """
-    return [_over_budget(unit, records, ways) for unit in UNITS]
+    return [_over_budget(unit, records, ways, failed or {}) for unit in UNITS]
 
 
-def _over_budget(unit: str, records: Mapping[tuple[str, str], Sequence[Record]], ways: Mapping[str, Way]) -> Curves:
+def _over_budget(
+    unit: str,
+    records: Mapping[tuple[str, str], Sequence[Record]],
+    ways: Mapping[str, Way],
+    failed: Mapping[tuple[str, str], int],
+) -> Curves:
     methods = sorted({method for _, method in records})
     times = {
         (scene, method): np.array(
             [record.time_to(ways[scene].target(exponent), unit) for record in runs for exponent in TARGETS]
+            + [np.inf] * (len(TARGETS) * failed.get((scene, method), 0))
         )
         for (scene, method), runs in records.items()
     }

@@ -29,7 +29,8 @@ class Record:
     digest: str | None  #: of what decides the scene's values
     tests: str  #: digest of its test load cases, which decide no value
     minimize: str  #: the scene's misfit
-    method: str  #: what the optimizer is called in the comparison
+    label: str  #: what the optimizer is called, whatever its settings
+    method: str  #: the same, with what sets it apart in this comparison from others of its label
     optimizer: str
     seed: int
     options: dict[str, Any]
@@ -72,7 +73,7 @@ class Record:
         return self.spent["evaluations"][:count], self.values[:count]
 
 
-def record_of(order: Order, run: Run, path: Path, method: str) -> Record:
+def record_of(order: Order, run: Run, path: Path, label: str) -> Record:
     """A run as the comparison needs it."""
     spent = {unit: np.array([getattr(each, unit) for each in run.history], dtype=float) for unit in UNITS}
     return Record(
@@ -81,7 +82,8 @@ def record_of(order: Order, run: Run, path: Path, method: str) -> Record:
         digest=run.scene_digest,
         tests=_facts_of(order.scene).tests,
         minimize=_facts_of(order.scene).minimize,
-        method=method,
+        label=label,
+        method=label,
         optimizer=run.optimizer,
         seed=run.seed,
         options=order.options,

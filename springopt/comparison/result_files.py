@@ -66,11 +66,11 @@ class ResultFiles:
 
     @property
     def scenes(self) -> set[str]:
-        return {file.scene for file in [*self.runs, *self.refusals] if file.scene is not None}
+        return {file.scene for file in [*self.runs, *self.refusals, *self.failures] if file.scene is not None}
 
     @property
     def labels(self) -> set[str]:
-        return {file.label for file in [*self.runs, *self.refusals] if file.label is not None}
+        return {file.label for file in [*self.runs, *self.refusals, *self.failures] if file.label is not None}
 
 
 def find_results(paths: Iterable[str | Path]) -> ResultFiles:

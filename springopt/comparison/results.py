@@ -6,9 +6,10 @@ from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from springopt.comparison.failure import FAILED, Failure, failures_of, failures_told, without_run
 from springopt.comparison.record import Record, record_of
 from springopt.comparison.result_files import ResultFile, ResultFiles, find_results
-from springopt.comparison.terms import on_equal_terms
+from springopt.comparison.terms import kept_apart, on_equal_terms
 from springopt.errors import RunFileError, UserError, did_you_mean
 from springopt.journal import journal_path, run_path
 from springopt.run import Run
@@ -20,7 +21,7 @@ Progress = Callable[[int, int], None]  #: runs read, of how many
 
 @dataclass(frozen=True)
 class Refusal:
-    """A method that can't serve a scene."""
+    """A method that has no run on a scene: it can't serve it, or all its runs failed."""
 
     scene: str
     method: str
@@ -42,6 +43,7 @@ class Results:
 
     records: list[Record]
     refusals: list[Refusal]
+    failures: list[Failure]
     left_out: list[LeftOut]
     notes: list[str]  #: sentences that a reader must know
 
@@ -59,28 +61,32 @@ def read_results(
 ) -> Results:
     """Reads folders of results and run files.
 
-    In `FOLDER/<scene>/<label>/seed<N>.h5` the label is the method's name; any other run goes by its optimizer.
+    In `FOLDER/<scene>/<label>/seed<N>.h5` the label is the method's name; any other run goes by its optimizer. Where
+    settings differ under one label, they are in the name.
 
     Args:
         paths: folders, searched to their depth, and run files.
-        optimizers, scenes: those to compare, scenes by their names or groups; by default all.
+        optimizers, scenes: those to compare, optimizers by label or name, scenes by name or group; by default all.
         progress: called for each run that was read.
     """
     files = find_results(paths)
     chosen = _scenes(scenes, files) or files.scenes
-    labels = optimizers or files.labels
-    asked = files.of(chosen, labels)
-    records, left_out = _read(asked.runs, progress)
-    _require_known("optimizer", optimizers, files.labels | {each.method for each in records})
-    _require_known("scene", chosen if scenes else (), files.scenes | {each.scene for each in records})
-    records = [each for each in records if _is_asked(each, optimizers, chosen if scenes else ())]
+    asked = files.of(chosen, {*optimizers, *map(_label_in, optimizers)} or files.labels)
+    read, left_out = _read(asked.runs, progress)
+    _require_known("scene", chosen if scenes else (), files.scenes | {each.scene for each in read})
+    records, apart = kept_apart([each for each in read if not scenes or each.scene in chosen])
+    known = files.labels | {each.label for each in records} | {each.method for each in records}
+    _require_known("optimizer", optimizers, known)
+    records = [each for each in records if not optimizers or each.label in optimizers or each.method in optimizers]
     if not records:
         raise UserError("there is no complete run of what is to be compared; give a folder of results, or runs.")
-    named, notes = on_equal_terms(records)
+    notes = apart + on_equal_terms(records)
+    failures = failures_of(asked.failures, records)
     refusals = [_refusal(file) for file in asked.refusals]
+    refusals += [Refusal(each.scene, each.method, FAILED, each.sentence) for each in without_run(failures, records)]
     left_out += [LeftOut(str(file.path), _why_unfinished(file)) for file in asked.journals]
     left_out += [LeftOut(str(file.path), file.says("sentence")["sentence"]) for file in asked.failures]
-    return Results(named, refusals, left_out, notes)
+    return Results(records, refusals, failures, left_out, notes + failures_told(failures))
 
 
 def _read(files: Sequence[ResultFile], progress: Progress | None) -> tuple[list[Record], list[LeftOut]]:
@@ -93,7 +99,7 @@ def _read(files: Sequence[ResultFile], progress: Progress | None) -> tuple[list[
             left_out.append(LeftOut(str(file.path), str(error)))
         else:
             if run.complete and not journal_path(file.path).exists():
-                records.append(record_of(order, run, file.path, _method(file.path, run)))
+                records.append(record_of(order, run, file.path, _label(file.path, run)))
             else:
                 left_out.append(LeftOut(str(file.path), f"interrupted; {_finish(file.path)}"))
         if progress:
@@ -101,7 +107,7 @@ def _read(files: Sequence[ResultFile], progress: Progress | None) -> tuple[list[
     return records, left_out
 
 
-def _method(path: Path, run: Run) -> str:
+def _label(path: Path, run: Run) -> str:
     """The label, if the file lies in a folder of that name below one of the scene's."""
     label = path.absolute().parent
     return label.name if label.parent.name == run.scene else run.method
@@ -127,8 +133,9 @@ def _scenes(words: Sequence[str], files: ResultFiles) -> set[str]:
     return {scene for word in words for scene in members[word] or {word}}
 
 
-def _is_asked(each: Record, optimizers: Collection[str], scenes: Collection[str]) -> bool:
-    return (not optimizers or each.method in optimizers) and (not scenes or each.scene in scenes)
+def _label_in(name: str) -> str:
+    """The label in the name of a method that is kept apart by its settings."""
+    return name.partition(" (")[0]
 
 
 def _require_known(what: str, names: Iterable[str], known: Collection[str]) -> None:

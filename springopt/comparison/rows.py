@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from springopt.comparison.comparison import Comparison
+from springopt.comparison.failure import FAILED
 from springopt.comparison.running_time import Estimate
 from springopt.comparison.scene_comparison import MethodOnScene, SceneComparison, Spread
 from springopt.errors import UserError
@@ -44,7 +45,8 @@ def rows(comparison: Comparison) -> Iterator[Row]:
     for scene in comparison.scenes:
         yield from _scene_rows(scene)
     for refusal in comparison.refusals:
-        yield Row(refusal.scene, refusal.method, None, "refused", None, None, None, word=refusal.word)
+        what = "failed" if refusal.word == FAILED else "refused"
+        yield Row(refusal.scene, refusal.method, None, what, None, None, None, word=refusal.word)
     yield from _ranking_rows(comparison)
 
 
@@ -67,6 +69,7 @@ def _method_rows(scene: SceneComparison, each: MethodOnScene) -> Iterator[Row]:
     names = scene.scene, each.method, None
     word = "all the same" if each.deterministic else None
     yield Row(*names, "runs", None, None, each.runs, word=word)
+    yield Row(*names, "failed runs", None, None, each.failed)
     spreads = {"final value": each.value, "gap": each.gap, "training error": each.train_error}
     for quantity, spread in {**spreads, **({"test error": each.test_error} if each.test_error else {})}.items():
         yield _spread(*names, quantity, spread)

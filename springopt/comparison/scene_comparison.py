@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -54,7 +54,8 @@ class MethodOnScene:
     """A method's runs on a scene."""
 
     method: str
-    runs: int
+    runs: int  #: that ended
+    failed: int  #: others, unsuccessful whatever the target
     deterministic: bool  #: all runs, whatever their seeds, took the same course to the bit, see `Record.is_like`
     value: Spread  #: final objective
     gap: Spread  #: share of the way from the start to the floor that was left
@@ -77,11 +78,20 @@ class SceneComparison:
     pairs: list[Pair]
 
 
-def compare_on_scene(records: Sequence[Record], folders: Sequence[Path]) -> SceneComparison:
-    """Summaries of the methods that have these runs, all on one scene, and tests of each pair."""
+def compare_on_scene(
+    records: Sequence[Record], folders: Sequence[Path], failed: Mapping[str, int] | None = None
+) -> SceneComparison:
+    """Summaries of the methods that have these runs, all on one scene, and tests of each pair.
+
+    Args:
+        failed: method -> how many runs failed; by default none.
+    """
     way = way_of(records, folders)
     runs = {method: group for (method,), group in grouped(records, "method")}
-    methods = sorted((summary(group, way) for group in runs.values()), key=lambda each: (each.gap.median, each.method))
+    methods = sorted(
+        (summary(group, way, (failed or {}).get(method, 0)) for method, group in runs.items()),
+        key=lambda each: (each.gap.median, each.method),
+    )
     samples = [sample_of(runs[each.method], way) for each in methods]
     return SceneComparison(records[0].scene, records[0].minimize, way, methods, compare_pairs(samples))
 
@@ -99,17 +109,18 @@ def sample_of(records: Sequence[Record], way: Way) -> Sample:
     return Sample(records[0].method, np.array([np.median(gaps)]) if deterministic else gaps, deterministic)
 
 
-def summary(records: Sequence[Record], way: Way) -> MethodOnScene:
-    """What a method's runs on one scene come to."""
+def summary(records: Sequence[Record], way: Way, failed: int = 0) -> MethodOnScene:
+    """What a method's runs on one scene come to, of which so many more failed."""
     values = np.array([record.value for record in records])
     tests = [record.test_error for record in records if record.test_error is not None]
     return MethodOnScene(
         method=records[0].method,
         runs=len(records),
+        failed=failed,
         deterministic=are_alike(records),
         value=_spread(values),
         gap=_spread(np.array([way.gap(value) for value in values])),
-        targets={exponent: _target(records, way, exponent) for exponent in TARGETS},
+        targets={exponent: _target(records, way, exponent, failed) for exponent in TARGETS},
         train_error=_spread(np.array([record.train_error for record in records])),
         test_error=_spread(np.array(tests)) if tests else None,
         cost=_cost(records),
@@ -118,14 +129,14 @@ def summary(records: Sequence[Record], way: Way) -> MethodOnScene:
     )
 
 
-def _target(records: Sequence[Record], way: Way, exponent: int) -> Target:
+def _target(records: Sequence[Record], way: Way, exponent: int, failed: int) -> Target:
     times = {unit: np.array([record.time_to(way.target(exponent), unit) for record in records]) for unit in UNITS}
     solved = np.isfinite(times["evaluations"])
     totals = {unit: np.array([record.total[unit] for record in records]) for unit in UNITS}
     expected = {unit: running_time(np.where(solved, times[unit], totals[unit]), solved) for unit in UNITS}
     successes = int(solved.sum())
-    rate = success_rate(successes, len(records))
-    if are_alike(records) and successes in (0, len(records)):
+    rate = success_rate(successes, len(records) + failed)
+    if are_alike(records) and not failed and successes in (0, len(records)):
         rate = Estimate(rate.value, rate.value, rate.value)  # one answer, and nothing to be unsure of
     return Target(successes, rate, expected)
 

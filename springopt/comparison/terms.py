@@ -11,24 +11,34 @@ from springopt.comparison.record import Record
 from springopt.errors import UserError
 
 
-def on_equal_terms(records: Sequence[Record]) -> tuple[list[Record], list[str]]:
-    """The records in order, those of one name with different settings under different names; and what to know of it.
+def kept_apart(records: Sequence[Record]) -> tuple[list[Record], list[str]]:
+    """The records in order, those of one label with different settings as different methods; and what to know of it.
 
-    Raises UserError where runs under one scene's name are on different scenes, or two are the same run.
+    What differs on one scene is in the names on all, so that a method is called the same wherever it has runs.
     """
     named: list[Record] = []
     notes: list[str] = []
+    for (label,), group in grouped(records, "label"):
+        differing = {scene: _differing(its) for (scene,), its in grouped(group, "scene")}
+        names = sorted(set[str]().union(*differing.values()))
+        named += [replace(record, method=_apart(record, names)) for record in group]
+        if names:
+            scenes = ", ".join(scene for scene, its in differing.items() if its)
+            notes.append(f"the runs of {label} on {scenes} differ in {', '.join(names)}: kept apart by name.")
+    return [record for _, group in grouped(named, "scene", "method") for record in group], notes
+
+
+def on_equal_terms(records: Sequence[Record]) -> list[str]:
+    """What a reader must know of records that are kept apart.
+
+    Raises UserError where runs under one scene's name are on different scenes, or two are the same run.
+    """
     for _, group in grouped(records, "scene"):
         _require_one_scene(group)
-    for _, group in grouped(records, "scene", "method"):
-        apart, note = _kept_apart(group)
-        named += apart
-        notes += note
-    for _, group in grouped(named, "scene", "method", "seed"):
+    for _, group in grouped(records, "scene", "method", "seed"):
         _require_single(group)
-    for _, group in grouped(named, "scene"):
-        notes += _unequal_budgets(group)
-    return named, notes + _unequal_processors(named) + _unequal_builds(named)
+    unequal = [note for _, group in grouped(records, "scene") for note in _unequal_budgets(group)]
+    return unequal + _unequal_processors(records) + _unequal_builds(records)
 
 
 def grouped(records: Iterable[Record], *names: str) -> Iterator[tuple[tuple[Any, ...], list[Record]]]:
@@ -65,19 +75,17 @@ def _require_single(records: Sequence[Record]) -> None:
         )
 
 
-def _kept_apart(records: list[Record]) -> tuple[list[Record], list[str]]:
-    """Runs of one method on one scene; where their settings differ, each has the difference in its name."""
+def _differing(records: Sequence[Record]) -> set[str]:
+    """Names of the settings that these runs do not share."""
     settings = [_setting(record) for record in records]
-    names = sorted({name for setting in settings for name in setting})
-    differing = [name for name in names if len({repr(setting.get(name)) for setting in settings}) > 1]
-    if not differing:
-        return records, []
-    first = records[0]
-    apart = [
-        replace(record, method=f"{record.method} ({', '.join(f'{name}={setting.get(name)}' for name in differing)})")
-        for record, setting in zip(records, settings, strict=True)
-    ]
-    return apart, [f"the runs of {first.method} on {first.scene} differ in {', '.join(differing)}: kept apart by name."]
+    names = {name for setting in settings for name in setting}
+    return {name for name in names if len({repr(setting.get(name)) for setting in settings}) > 1}
+
+
+def _apart(record: Record, names: Sequence[str]) -> str:
+    """The label, with these settings behind it."""
+    setting = _setting(record)
+    return f"{record.label} ({', '.join(f'{name}={setting.get(name)}' for name in names)})" if names else record.label
 
 
 def _setting(record: Record) -> dict[str, Any]:

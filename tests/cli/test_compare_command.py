@@ -1,6 +1,7 @@
 """`springopt compare`, as people call it."""
 
 import json
+import shutil
 from pathlib import Path
 
 import pytest
@@ -44,6 +45,26 @@ def test_one_scene_is_shown_in_full(springopt, results: Path) -> None:
     assert f"{SCENES[0]}: which runs end lower" in done.out
     assert "Not served: stubborn needs bits" in done.out
     assert SCENES[1] not in done.out
+
+
+def test_runs_that_failed_are_counted_where_rates_are_printed(springopt, results: Path, tmp_path: Path) -> None:
+    copy = shutil.copytree(results, tmp_path / "copy")
+    for seed in (1, 2):
+        (copy / SCENES[0] / "wide" / f"seed{seed}.h5").rename(copy / f"{seed}")
+        (copy / SCENES[0] / "wide" / f"seed{seed}.failed.json").write_text('{"sentence": "it divided by zero."}')
+    assert "of 3 (2 failed)" in springopt("compare", str(copy), "--scene", SCENES[0]).out
+    over_scenes = springopt("compare", str(copy)).out
+    assert over_scenes.count("(2 failed)") == 2
+    assert f"runs failed (2 of wide on {SCENES[0]})" in over_scenes
+
+
+def test_an_optimizer_is_chosen_by_the_name_that_is_shown(springopt, results: Path, tmp_path: Path) -> None:
+    copy = shutil.copytree(results, tmp_path / "copy")
+    out = copy / SCENES[0] / "wide" / "seed7.h5"
+    solve(SCENES[0], RandomSearch(batch=4), seed=7, evaluations=16, out=out)
+    name = "wide (batch=16, budget of evaluations=32)"
+    document = json.loads(springopt("compare", str(copy), "--optimizers", f"narrow,{name}", "--json").out)
+    assert {each["method"] for each in document["methods"]} == {"narrow", name}
 
 
 def test_names_come_with_commas_or_repeated(springopt, results: Path) -> None:

@@ -28,6 +28,7 @@ def record() -> Callable[..., Record]:
             "digest": "1",
             "tests": "1",
             "minimize": "distance",
+            "label": changes.get("method", "a"),
             "method": "a",
             "optimizer": "a",
             "seed": 0,

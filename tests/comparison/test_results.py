@@ -122,6 +122,24 @@ def test_options_that_differ_under_one_name_are_kept_apart(folder: Path, add_run
     assert "differ in batch" in results.notes[0]
 
 
+def test_a_method_is_called_the_same_on_all_scenes_and_found_by_label_or_name(
+    two_scenes: Path, add_run: Callable[..., Path]
+) -> None:
+    add_run("wide", 4, seed=7)
+    results = read_results([two_scenes])
+    assert {each.method for each in results.records if each.label == "wide"} == {"wide (batch=4)", "wide (batch=8)"}
+    assert {each.scene for each in results.records if each.method == "wide (batch=8)"} == {"nine", "soft"}
+    assert "the runs of wide on nine differ in batch" in results.notes[0]
+    by_name = read_results([two_scenes], optimizers=["wide (batch=8)", "narrow"])
+    assert {each.method for each in by_name.records} == {"narrow", "wide (batch=8)"}
+    assert {each.method for each in read_results([two_scenes], optimizers=["wide"]).records} == {
+        "wide (batch=4)",
+        "wide (batch=8)",
+    }
+    with pytest.raises(UserError, match=r"no optimizer 'wide \(batch=5\)'"):
+        read_results([two_scenes], optimizers=["wide (batch=5)"])
+
+
 def test_budgets_that_differ_under_one_name_are_kept_apart(folder: Path, add_run: Callable[..., Path]) -> None:
     add_run("wide", 8, seed=7, evaluations=24)
     results = read_results([folder])
@@ -147,7 +165,7 @@ def test_different_test_load_cases_under_one_scene_s_name_are_refused(
 
 
 def test_builds_that_differ_under_one_name_are_told(record: MakeRecord) -> None:
-    _, notes = on_equal_terms(
+    notes = on_equal_terms(
         [record([(1, 1.0)]), record([(1, 1.0)], seed=1, build={"numpy": "2.1"}), record([(1, 1.0)], method="b")]
     )
     (note,) = notes
@@ -160,7 +178,7 @@ def test_the_same_run_twice_is_refused(record: MakeRecord) -> None:
 
 
 def test_seconds_of_different_processors_are_not_compared_silently(record: MakeRecord) -> None:
-    _, notes = on_equal_terms([record([(1, 1.0)]), record([(1, 1.0)], processor="two", seed=1)])
+    notes = on_equal_terms([record([(1, 1.0)]), record([(1, 1.0)], processor="two", seed=1)])
     assert "2 types of processor" in notes[0]
 
 

@@ -54,6 +54,11 @@ def estimate(found: Mapping[str, Any]) -> str:
     return value if low == high else f"{value} ({low} to {high})"
 
 
+def failed(count: int) -> str:
+    """What to add to a number of runs, where more of them failed."""
+    return f" ({count} failed)" if count else ""
+
+
 def error(number: float | None) -> str:
     """Three digits; - where there is none."""
     return "-" if number is None else f"{number:.3g}"

@@ -30,11 +30,11 @@ def _values_table(scene: Document) -> Table:
     )
     for each in scene["methods"]:
         value, gap = each["value"], each["gap"]
-        runs = f"{each['runs']}, all the same" if each["deterministic"] else f"{each['runs']}"
+        same = ", all the same" if each["deterministic"] else ""
         stopped = ", ".join(f"{why} ({count})" for why, count in each["stopped"].items())
         table.add_row(
             each["method"],
-            runs,
+            f"{each['runs']}{said.failed(each['failed'])}{same}",
             f"{value['median']:.6g}",
             f"{value['lower_quartile']:.5g} to {value['upper_quartile']:.5g}",
             said.gap(gap["median"]),
@@ -56,7 +56,8 @@ def _times_table(scene: Document, target: int) -> Table:
     for each in scene["methods"]:
         reached = each["targets"][target]
         times = (said.estimate(reached["running_times"][unit]) for unit in UNITS)
-        rate = f"{reached['successes']} of {each['runs']}{_interval(reached['rate'])}"
+        runs = f"{each['runs'] + each['failed']}{said.failed(each['failed'])}"
+        rate = f"{reached['successes']} of {runs}{_interval(reached['rate'])}"
         table.add_row(each["method"], rate, *times)
     return captioned(
         table,

@@ -36,8 +36,8 @@ def gap_tables(comparison: Document, width: int) -> list[Table]:
     captioned(
         tables[-1],
         "Median gap over the runs: the share of the way from the start to the floor that is left. "
-        "solved: at most 1e-6; bold: the lowest on the scene; a word: why the optimizer can't serve the scene; "
-        "=: all runs, whatever their seeds, are the same.",
+        "solved: at most 1e-6; bold: the lowest on the scene; a word: why the optimizer can't serve the scene, or "
+        "that all its runs failed; =: all runs, whatever their seeds, are the same; !: of the others, some failed.",
     )
     return tables
 
@@ -52,7 +52,7 @@ def running_time_table(comparison: Document) -> Table:
     )
     for each in comparison["methods"]:
         ratios = [said.ratio(each["times_the_best"][unit]) for unit in UNITS]
-        counts = f"{each['reached']} of {each['scenes']}", f"{each['success_rate']:.0%}"
+        counts = f"{each['reached']} of {each['scenes']}", f"{each['success_rate']:.0%}{said.failed(each['failed'])}"
         table.add_row(each["method"], *counts, *ratios)
     return captioned(
         table,
@@ -92,7 +92,7 @@ def cost_table(comparison: Document) -> Table:
     for each in comparison["methods"]:
         errors = said.error(each["train_error"]), said.error(each["test_error"])
         overhead = f"{each['overhead_share']:.0%}", said.seconds(each["overhead_per_evaluation"])
-        table.add_row(each["method"], f"{each['runs']}", *errors, *overhead)
+        table.add_row(each["method"], f"{each['runs']}{said.failed(each['failed'])}", *errors, *overhead)
     return captioned(
         table,
         "errors: mean distance of the nodes over the smallest rest length, mean over the load cases, on scenes with "
@@ -107,7 +107,7 @@ def _gap_cells(comparison: Document) -> dict[tuple[str, str], Text]:
         lowest = max(min(each["gap"]["median"] for each in scene["methods"]), SOLVED)
         for each in scene["methods"]:
             gap = each["gap"]["median"]
-            text = said.gap(gap) + ("=" if each["deterministic"] else "")
+            text = said.gap(gap) + ("=" if each["deterministic"] else "") + ("!" if each["failed"] else "")
             cells[scene["scene"], each["method"]] = Text(text, "bold" if gap <= lowest else "")
     return cells
 
