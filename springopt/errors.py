@@ -20,6 +20,10 @@ class RunFileError(UserError):
     """A run file or journal that is missing, foreign or damaged, or would be overwritten."""
 
 
+class RunInUse(RunFileError):
+    """A run that another process is at."""
+
+
 class PluginError(UserError):
     """A plugin that is unknown, can't be loaded, or breaks its contract."""
 

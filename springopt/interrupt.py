@@ -1,4 +1,4 @@
-"""Ctrl-C, held back until a run is between two answers."""
+"""Ctrl-C, and SIGTERM like it: held back until a run is between two answers."""
 
 from __future__ import annotations
 
@@ -11,6 +11,23 @@ from types import FrameType
 
 class Interrupted(BaseException):
     """Ends a run between two answers; a BaseException, as KeyboardInterrupt is."""
+
+
+@contextmanager
+def termination_as_interrupt() -> Iterator[None]:
+    """SIGTERM, which a batch system or a service manager sends, ends what runs in here as Ctrl-C does.
+
+    Not outside the main thread, and not where the caller has a handler of its own.
+    """
+    is_main = threading.current_thread() is threading.main_thread()
+    if not is_main or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
+        yield
+        return
+    signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
 @contextmanager

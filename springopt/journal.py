@@ -5,11 +5,11 @@ from __future__ import annotations
 import sqlite3
 import time
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Self
 
-from springopt.errors import RecordBroken, RunFileError
+from springopt.errors import RecordBroken, RunFileError, RunInUse
 from springopt.recorder import Answer
 from springopt.run import Order
 
@@ -42,10 +42,14 @@ class Journal:
 
     @classmethod
     def create(cls, path: Path, order: Order, answers: Iterable[Answer] = ()) -> Journal:
-        """A new journal, with answers that are already known; raises RunFileError rather than overwrite a file."""
+        """A new journal, with answers that are already known; raises RunFileError rather than overwrite a file.
+
+        RunInUse is raised where another process is at the journal that is there.
+        """
         try:
             path.open("x").close()
         except FileExistsError:
+            require_unused(path)
             advice = "resume it" if holds_run(path) else "it had not begun: delete the file"
             raise RunFileError(
                 f"{path} exists already: a run was cut short; {advice}, or choose another output."
@@ -63,7 +67,7 @@ class Journal:
 
     @classmethod
     def open(cls, path: Path) -> Journal:
-        """The journal of a run that was cut short; raises RunFileError if it is none, damaged or in use."""
+        """The journal of a run that was cut short; raises RunFileError if it is none or damaged, RunInUse if in use."""
         _require_journal(path)
         with _in_one_sentence(path):
             connection = _connect(path)
@@ -152,6 +156,20 @@ def holds_run(path: Path) -> bool:
     return path.exists() and path.stat().st_size > 0
 
 
+def require_unused(path: Path) -> None:
+    """Raises RunInUse where another process is at this journal, also where that one is only laying it out."""
+    with closing(_connect(path)) as connection:
+        try:
+            connection.execute("BEGIN EXCLUSIVE")
+        except sqlite3.DatabaseError as error:
+            _require_not_busy(path, error)
+
+
+def _require_not_busy(path: Path, error: sqlite3.DatabaseError) -> None:
+    if error.sqlite_errorcode == sqlite3.SQLITE_BUSY:
+        raise RunInUse(f"{path} is in use by another process; wait until that run ends, or end it.") from None
+
+
 def _connect(path: Path) -> sqlite3.Connection:
     connection = sqlite3.connect(path, timeout=0.2)
     connection.execute("PRAGMA locking_mode = EXCLUSIVE")
@@ -202,8 +220,7 @@ def _in_one_sentence(path: Path) -> Iterator[None]:
     try:
         yield
     except sqlite3.OperationalError as error:
-        if error.sqlite_errorcode == sqlite3.SQLITE_BUSY:
-            raise RunFileError(f"{path} is in use by another process; wait until that run ends, or end it.") from None
+        _require_not_busy(path, error)
         raise RunFileError(f"{path} can't be written or read ({error}); free the disk, then resume the run.") from None
     except (sqlite3.DatabaseError, TypeError, ValueError) as error:
         raise RunFileError(f"{path} is damaged ({error}); start a new run.") from None

@@ -7,11 +7,12 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from springopt.benchmark.job import Job, ended_before, require_legal, run_job
+from springopt.benchmark.job import Job, at_work_elsewhere, ended_before, require_legal, run_job
 from springopt.benchmark.outcome import Outcome
 from springopt.benchmark.pace import Pace
 from springopt.benchmark.workers import share
 from springopt.errors import UserError
+from springopt.interrupt import termination_as_interrupt
 
 
 class Standing(NamedTuple):
@@ -38,7 +39,7 @@ def run_jobs(
     """Runs all jobs that have not ended yet, and says of each what came of it, in their order.
 
     The first seeds of all scenes and optimizers come first: what is there after Ctrl-C can be compared. Raises
-    KeyboardInterrupt then; the same call goes on.
+    KeyboardInterrupt then, and after SIGTERM; the same call goes on. Of a run that another process is at, it says so.
 
     Args:
         folder: of results, `FOLDER/<scene>/<label>/seed<N>.h5`; it is made.
@@ -53,11 +54,12 @@ def run_jobs(
     place.mkdir(parents=True, exist_ok=True)
     outcomes: dict[int, Outcome] = {}
     pace = Pace(queue)
-    for number, outcome in _ended(queue, place, workers, dask):
-        outcomes[number] = outcome
-        pace.note(outcome)
-        if progress:
-            progress(Standing(len(outcomes), len(queue), pace.seconds_left(), outcome))
+    with termination_as_interrupt():
+        for number, outcome in _ended(queue, place, workers, dask):
+            outcomes[number] = outcome
+            pace.note(outcome)
+            if progress:
+                progress(Standing(len(outcomes), len(queue), pace.seconds_left(), outcome))
     return [outcomes[number] for number in range(len(queue))]
 
 
@@ -66,6 +68,8 @@ def _ended(jobs: Sequence[Job], folder: Path, workers: int, dask: str | None) ->
     waiting = {}
     for number in sorted(range(len(jobs)), key=lambda number: jobs[number].seed):
         before = ended_before(jobs[number], folder)
+        if dask is not None:
+            before = before or at_work_elsewhere(jobs[number], folder)  # its journal is not ours to send
         if before:
             yield number, before
         else:

@@ -13,11 +13,11 @@ from typing import Any
 
 from threadpoolctl import threadpool_limits
 
-from springopt.benchmark.outcome import Outcome, done, failed, refused, refused_before, stopped
+from springopt.benchmark.outcome import Outcome, done, elsewhere, failed, refused, refused_before, stopped
 from springopt.budget import Budget
-from springopt.errors import NotServed, PluginError, RunFileError, SceneError, UserError
+from springopt.errors import NotServed, PluginError, RunFileError, RunInUse, SceneError, UserError
 from springopt.execution import Progress
-from springopt.journal import Journal, holds_run, journal_path
+from springopt.journal import Journal, holds_run, journal_path, require_unused
 from springopt.optimizer import Optimizer
 from springopt.options import make_optimizer
 from springopt.registry import load_optimizer
@@ -101,14 +101,28 @@ def ended_before(job: Job, folder: Path) -> Outcome | None:
     return done(job, folder, run) if run.complete else None
 
 
+def at_work_elsewhere(job: Job, folder: Path) -> Outcome | None:
+    """That another process is at this job; None where none is."""
+    journal = journal_path(job.run_file(folder))
+    try:
+        if holds_run(journal):
+            require_unused(journal)
+    except RunInUse as error:
+        return elsewhere(job, str(error))
+    return None
+
+
 def _run(job: Job, folder: Path, progress: Progress | None) -> Outcome:
     out = job.run_file(folder)
     try:
         run = _resumed(job, out, progress) if _was_begun(out) else _begun(job, out, progress)
     except NotServed as error:
         return refused(job, folder, error.word, str(error))
+    except RunInUse as error:
+        return elsewhere(job, str(error))
     except (SceneError, RunFileError) as error:
-        return stopped(job, str(error))
+        # Another call with the same folder may have ended it since.
+        return ended_before(job, folder) or stopped(job, str(error))
     except PluginError as error:
         return failed(job, folder, str(error))
     except UserError as error:
@@ -131,7 +145,9 @@ def _was_begun(out: Path) -> bool:
 
 def _begun(job: Job, out: Path, progress: Progress | None) -> Run:
     out.parent.mkdir(parents=True, exist_ok=True)
-    journal_path(out).unlink(missing_ok=True)  # the empty file of a run that was killed before it began
+    if journal_path(out).exists():  # the empty file of a run that was killed before it began
+        require_unused(journal_path(out))
+        journal_path(out).unlink(missing_ok=True)
     limits: dict[str, Any] = dict(job.limits)
     with threadpool_limits(1, user_api="blas"):  # the reference's bits may depend on it too
         return solve(

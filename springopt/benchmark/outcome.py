@@ -24,14 +24,14 @@ class Outcome:
     scene: str
     label: str
     seed: int
-    state: Literal["done", "refused", "failed"]
+    state: Literal["done", "refused", "failed", "elsewhere"]  #: elsewhere: another process is at this run
     run: str | None = None  #: path of the run file
     objective: float | None = None
     evaluations: int | None = None
     seconds: float | None = None  #: of the run
     took: float = 0.0  #: seconds of this call, with all that is around the run
     word: str | None = None  #: why the optimizer can't serve the scene
-    sentence: str | None = None  #: the same in a sentence, or how the run failed
+    sentence: str | None = None  #: the same in a sentence, or how the run failed, or who is at it
 
     @property
     def pair(self) -> tuple[str, str]:
@@ -79,6 +79,11 @@ def failed(job: Job, folder: Path, sentence: str) -> Outcome:
 def stopped(job: Job, sentence: str) -> Outcome:
     """A run that can't go on for a reason outside it, of which nothing is written."""
     return Outcome(*_names(job), state="failed", sentence=sentence)
+
+
+def elsewhere(job: Job, sentence: str) -> Outcome:
+    """A run that another process is at, of which nothing is written."""
+    return Outcome(*_names(job), state="elsewhere", sentence=sentence)
 
 
 def write_json(path: Path, contents: dict[str, Any]) -> None:

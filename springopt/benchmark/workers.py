@@ -8,10 +8,11 @@ from __future__ import annotations
 import os
 import signal
 import sys
+import threading
 from collections import Counter, deque
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from multiprocessing import get_context, resource_tracker
+from multiprocessing import get_context, parent_process, resource_tracker
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 
@@ -110,10 +111,19 @@ def _how_it_died(exit_code: int | None) -> str:
 
 def _serve(connection: Connection, folder: Path) -> None:
     """Runs jobs until the line is cut; standard output is the caller's, and optimizers may print."""
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     sys.stdout = sys.stderr
     with suppress(EOFError, OSError):
         while True:
             connection.send(run_job(connection.recv(), folder))
+
+
+def _end_with_parent() -> None:
+    """Ends this process at once where its parent is gone, killed perhaps: the journal survives."""
+    parent = parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(1)
 
 
 @contextmanager

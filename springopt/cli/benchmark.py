@@ -135,6 +135,9 @@ def _print(outcomes: Sequence[Outcome], jobs: Sequence[Job]) -> None:
     scenes = list(dict.fromkeys(job.scene_name for job in jobs))
     for table in benchmark_tables(scenes, _cells(outcomes)):
         print_table(table)
+    elsewhere = sum(outcome.state == "elsewhere" for outcome in outcomes)
+    if elsewhere:
+        click.echo(f"Another process is at {elsewhere:,} of these runs; the same command goes on with what it leaves.")
     failures = [outcome for outcome in outcomes if outcome.state == "failed"]
     for outcome in failures[:FAILURES_SHOWN]:
         click.echo(f"{outcome.label} on {outcome.scene}, seed {outcome.seed}, failed: {outcome.sentence}")

@@ -4,11 +4,14 @@ import dataclasses
 import json
 import os
 import signal
+import sqlite3
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from springopt.benchmark import job as benchmark_job
 from springopt.benchmark import run_job, run_jobs, same_result
 from springopt.errors import NotServed, UserError
 from springopt.journal import journal_path
@@ -103,6 +106,46 @@ class TestOneJob:
         monkeypatch.setattr(RandomSearch, "minimize", lambda self, p, rng: p.evaluate(p.sample(rng, 3)))
         assert [run_job(job(nine, seed=seed), folder).evaluations for seed in (0, 1)] == [3, 3]
         assert files(folder) == ["nine/random-search/seed0.h5", "nine/random-search/seed1.h5"]
+
+    def test_a_run_that_another_process_is_at_is_left_to_it(self, nine, job, folder, monkeypatch):
+        second = []
+
+        def minimize(self, problem, rng):
+            problem.evaluate(problem.sample(rng, 3))
+            second.append(run_job(job(nine), folder))
+            problem.evaluate(problem.sample(rng, 3))
+
+        monkeypatch.setattr(RandomSearch, "minimize", minimize)
+        assert run_job(job(nine), folder).evaluations == 6
+        assert second[0].state == "elsewhere"
+        assert "seed0.h5.journal is in use by another process" in second[0].sentence
+        assert files(folder) == ["nine/random-search/seed0.h5"]
+
+    @pytest.mark.parametrize("is_laid_out", [True, False])
+    def test_so_is_one_that_another_process_began_since(self, nine, job, folder, monkeypatch, is_laid_out):
+        journal = journal_path(folder / "nine" / "random-search" / "seed0.h5")
+        journal.parent.mkdir(parents=True)
+        if is_laid_out:  # between this one's look and its own beginning
+            monkeypatch.setattr("springopt.benchmark.job._was_begun", lambda out: False)
+            monkeypatch.setattr("springopt.benchmark.job.require_unused", lambda journal: None)
+            monkeypatch.setattr(Path, "unlink", lambda *_, **__: None)
+        with closing(sqlite3.connect(journal)) as other:
+            other.execute("PRAGMA locking_mode = EXCLUSIVE")
+            other.execute("BEGIN IMMEDIATE")
+            if is_laid_out:
+                other.execute("CREATE TABLE answers (position)")
+                other.execute("COMMIT")
+            outcome = run_job(job(nine), folder)
+        assert outcome.state == "elsewhere"
+        assert journal.exists()
+
+    def test_one_that_another_process_ended_since_is_done(self, nine, job, folder, monkeypatch):
+        run_job(job(nine), folder)
+        looks = iter([None])
+        before = benchmark_job.ended_before
+        monkeypatch.setattr(benchmark_job, "ended_before", lambda *job: next(looks, before(*job)))
+        monkeypatch.setattr(benchmark_job, "_was_begun", lambda out: False)
+        assert run_job(job(nine), folder).state == "done"
 
     def test_an_optimizer_that_can_t_serve_the_scene_leaves_the_reason_in_a_word(self, nine, job, folder, monkeypatch):
         monkeypatch.setattr(RandomSearch, "needs", ("binary",))

@@ -6,12 +6,14 @@ import subprocess
 import sys
 import threading
 import time
+from contextlib import suppress
 from multiprocessing import active_children
 from pathlib import Path
 
 import pytest
 
 from springopt.benchmark import run_jobs, same_result
+from springopt.journal import require_unused
 from springopt.store import read
 
 
@@ -55,19 +57,51 @@ def test_a_job_that_kills_its_process_twice_has_failed(nine, job, tmp_path):
     assert outcome.sentence.startswith("its process was killed by signal 9, 2 times, perhaps for want of memory;")
 
 
-@pytest.mark.slow
-def test_ctrl_c_ends_all_processes_and_leaves_their_journals(tmp_path):
+@pytest.fixture
+def at_work(tmp_path):
+    """The command at two long runs, each in a process of its own, in a session of its own."""
     command = [sys.executable, "-c", "from springopt.cli import main; main()", "benchmark", "--workers", "2"]
     command += ["--scenes", "paper-fem-2d", "--optimizers", "random-search", "--seeds", "2", "--seconds", "600"]
     started = subprocess.Popen(
         [*command, "--out", "results"], cwd=tmp_path, stderr=subprocess.PIPE, text=True, start_new_session=True
     )
-    place = Path(tmp_path, "results", "paper-fem-2d", "random-search")
-    while len([journal for journal in place.glob("*.journal") if journal.stat().st_size]) < 2:
+    while len([journal for journal in journals(tmp_path) if journal.stat().st_size]) < 2:
         time.sleep(0.05)
         assert started.poll() is None
-    os.killpg(started.pid, signal.SIGINT)  # as a terminal does: to every process of the command
-    _, said = started.communicate(timeout=60)
-    assert started.returncode == 130
+    yield started
+    with suppress(ProcessLookupError):
+        os.killpg(started.pid, signal.SIGKILL)
+
+
+def journals(folder):
+    return list(Path(folder, "results", "paper-fem-2d", "random-search").glob("*.journal"))
+
+
+@pytest.mark.slow
+def test_ctrl_c_ends_all_processes_and_leaves_their_journals(at_work, tmp_path):
+    os.killpg(at_work.pid, signal.SIGINT)  # as a terminal does: to every process of the command
+    assert_ended_cleanly(at_work, tmp_path)
+
+
+@pytest.mark.slow
+def test_so_does_sigterm_to_the_command_alone(at_work, tmp_path):
+    at_work.terminate()
+    assert_ended_cleanly(at_work, tmp_path)
+
+
+def assert_ended_cleanly(at_work, folder):
+    _, said = at_work.communicate(timeout=60)
+    assert at_work.returncode == 130
     assert said.split("\n") == ["What ended is in results; the same command goes on.", "", "Interrupted.", ""]
-    assert len(list(place.glob("*.journal"))) == 2
+    assert len(journals(folder)) == 2
+    for journal in journals(folder):
+        require_unused(journal)
+
+
+@pytest.mark.slow
+def test_they_end_where_the_command_is_killed(at_work, tmp_path):
+    at_work.kill()
+    at_work.communicate(timeout=60)  # until the last of them has closed standard error
+    assert len(journals(tmp_path)) == 2
+    for journal in journals(tmp_path):
+        require_unused(journal)

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from springopt.cli.bar import say_left
+from springopt.journal import Journal
 from springopt.random_search import RandomSearch
 from springopt.store import read
 
@@ -158,6 +159,21 @@ def test_ctrl_c_ends_it_and_the_same_command_goes_on(benchmark, tmp_path, monkey
     monkeypatch.setattr(RandomSearch, "minimize", lambda self, p, rng: [p.evaluate(p.sample(rng, 3)) for _ in "ab"])
     assert benchmark("--scenes", "nine.toml", *TWO).code == 0
     assert read(tmp_path / "results" / "nine" / "random-search" / "seed0.h5").run.evaluations == 6
+
+
+def test_runs_that_another_process_is_at_are_told_and_are_no_failure(benchmark, tmp_path, monkeypatch):
+    def minimize(self, problem, rng):
+        problem.evaluate(problem.sample(rng, 3))
+        raise ZeroDivisionError("its own mistake")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(RandomSearch, "minimize", minimize)
+        assert benchmark("--scenes", "nine.toml", *TWO).code == 1
+    with Journal.open(tmp_path / "results" / "nine" / "random-search" / "seed0.h5.journal"):
+        answer = benchmark("--scenes", "nine.toml", *TWO)
+    assert answer.code == 0
+    assert "Another process is at 1 of these runs; the same command goes on with what it leaves." in answer.out
+    assert ["random-search", "1", "of", "2"] in [line.split() for line in answer.out.splitlines()]
 
 
 def test_runs_that_fail_are_told_and_the_others_go_on(benchmark, monkeypatch):
