@@ -28,7 +28,7 @@ def record_request(
     """
     path = folder / REQUEST
     written = _read(path)
-    asked = {scene.name: {"digest": scene.digest(), "budget": _budget(scene, limits)} for scene in scenes}
+    asked = {scene.name: {"digest": scene.digest_with_tests(), "budget": _budget(scene, limits)} for scene in scenes}
     for name, facts in asked.items():
         _require_unchanged(folder, name, written["scenes"].get(name, facts), facts)
     versions = {name: this_origin(load_optimizer(name)) for name in optimizers}

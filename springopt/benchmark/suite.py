@@ -45,7 +45,7 @@ def choose_scenes(words: Sequence[str]) -> list[Scene]:
     scenes: dict[str, Scene] = {}
     for source in dict.fromkeys(sources):
         scene = load_scene(source)
-        if scenes.setdefault(scene.name, scene).digest() != scene.digest():
+        if scenes.setdefault(scene.name, scene) != scene:
             raise UserError(f"two of these scenes are called {scene.name}, among them {source}; rename one.")
     return list(scenes.values())
 

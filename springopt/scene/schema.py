@@ -76,10 +76,13 @@ class Scene(Table):
 
     def digest(self) -> str:
         """Of what decides the scene's values: not its name, title and group, budget, optimizers and test load cases."""
-        beside: Any = {"name", "title", "group", "budget", "optimizers"}
-        tables = self.model_dump(mode="json", exclude_defaults=True, exclude=beside)
+        tables = self._deciding_tables()
         tables["load_cases"].pop("test", None)
-        return hashlib.blake2b(json.dumps(tables, sort_keys=True).encode(), digest_size=16).hexdigest()
+        return _digest(tables)
+
+    def digest_with_tests(self) -> str:
+        """Of what decides a run's test errors too: `digest` and the test load cases."""
+        return _digest(self._deciding_tables())
 
     @classmethod
     def from_json(cls, text: str) -> Scene:
@@ -87,3 +90,11 @@ class Scene(Table):
         from springopt.scene.load import read_json
 
         return read_json(text)
+
+    def _deciding_tables(self) -> dict[str, Any]:
+        beside: Any = {"name", "title", "group", "budget", "optimizers"}
+        return self.model_dump(mode="json", exclude_defaults=True, exclude=beside)
+
+
+def _digest(tables: dict[str, Any]) -> str:
+    return hashlib.blake2b(json.dumps(tables, sort_keys=True).encode(), digest_size=16).hexdigest()

@@ -17,6 +17,7 @@ from springopt.errors import NotServed, UserError
 from springopt.journal import journal_path
 from springopt.random_search import RandomSearch
 from springopt.runner import solve
+from springopt.scene import Scene
 from springopt.store import read
 
 
@@ -70,6 +71,13 @@ class TestOneJob:
     def test_a_scene_whose_title_changed_is_the_same(self, nine, job, folder):
         run_job(job(nine), folder)
         assert run_job(job(nine.model_copy(update={"title": "Another"})), folder).state == "done"
+
+    def test_one_whose_test_load_cases_changed_is_another(self, nine, job, folder):
+        run_job(job(nine), folder)
+        changed = Scene.from_json(nine.to_json().replace("-0.2", "-0.3"))
+        assert changed.digest() == nine.digest()
+        outcome = run_job(job(changed), folder)
+        assert "is a run with another scene; choose another folder." in outcome.sentence
 
     @pytest.mark.parametrize(
         ("change", "what"),

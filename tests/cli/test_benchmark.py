@@ -57,6 +57,15 @@ def test_groups_and_patterns_of_files(benchmark, tmp_path):
     assert {"paper-fem-2d", "paper-topology-3d"} < set(scenes)
 
 
+@pytest.mark.parametrize("change", [("evaluations = 48", "evaluations = 49"), ("batch = 16", "batch = 8")])
+def test_two_scenes_of_one_name_are_refused_whatever_they_differ_in(benchmark, tmp_path, change):
+    (tmp_path / "more").mkdir()
+    (tmp_path / "more" / "nine.toml").write_text(SCENE.replace(*change))
+    answer = benchmark("--scenes", "nine.toml,more/nine.toml", *TWO)
+    assert answer.code == 2
+    assert "two of these scenes are called nine, among them more/nine.toml; rename one." in answer.err
+
+
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
@@ -128,8 +137,9 @@ class TestTheSameFolder:
         assert answer.code == 2
         assert "runs on nine with a budget of 48 evaluations, and now it is 30 evaluations" in answer.err
 
-    def test_a_scene_that_was_changed_is_refused(self, benchmark, once, tmp_path):
-        (tmp_path / "nine.toml").write_text(SCENE.replace("0.3", "0.4"))
+    @pytest.mark.parametrize("force", ["0.3", "-0.2"])  # of a training and of a test load case
+    def test_a_scene_that_was_changed_is_refused(self, benchmark, once, tmp_path, force):
+        (tmp_path / "nine.toml").write_text(SCENE.replace(force, "0.4"))
         answer = benchmark("--scenes", "nine.toml", *TWO)
         assert answer.code == 2
         assert "results has runs on another state of scene nine; choose another folder." in answer.err
