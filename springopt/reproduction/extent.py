@@ -24,4 +24,4 @@ class Extent:
 
 
 FULL = Extent("full", tuple(range(100, 107)), tuple(range(100, 103)), 1.0)
-QUICK = Extent("quick", (100, 101), (100,), 0.1, least=1_000)
+QUICK = Extent("quick", (100, 101), (100,), 0.1, least=500)

@@ -81,7 +81,7 @@ def test_names_differ_and_a_quick_run_is_shorter() -> None:
     assert len({experiment.name for experiment in EXPERIMENTS}) == len(EXPERIMENTS)
     scene = load_scene("paper-fem-2d")
     assert QUICK.evaluations(scene) < FULL.evaluations(scene) == 30_000
-    assert QUICK.evaluations(load_scene("paper-fem-2d-two-class")) == 1_000
+    assert QUICK.evaluations(load_scene("paper-fem-2d-two-class")) == 500
 
 
 @pytest.mark.slow
