@@ -5,20 +5,20 @@ No disk need be shared. What an interrupted run left here travels with its task,
 
 from __future__ import annotations
 
+import json
 import tempfile
 import uuid
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from springopt.benchmark.build import build_of
 from springopt.benchmark.job import Job, run_job
 from springopt.benchmark.outcome import Outcome, failed, refused, stopped
 from springopt.errors import UserError
 from springopt.interrupt import Interrupted
-from springopt.origin import this_origin
-from springopt.registry import load_optimizer
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -27,21 +27,25 @@ RETRIES = 2  #: of a task that ends with an error; how many workers it may kill 
 PATIENCE = 20.0  #: seconds for the scheduler to answer, and for a first worker
 
 Files = dict[str, bytes]  # by name, of one job
-Build = dict[str, dict[str, str]]  # by optimizer
+Builds = dict[str, dict[str, str]]  # by optimizer
 
 
-def share_on_cluster(jobs: Mapping[int, Job], folder: Path, address: str) -> Iterator[tuple[int, Outcome]]:
+def share_on_cluster(
+    jobs: Mapping[int, Job], folder: Path, address: str, begin: Callable[[], None]
+) -> Iterator[tuple[int, Outcome]]:
     """Each job by its number as it ends; they begin in order. What is under way is cancelled if this one ends.
 
     Args:
         address: of the scheduler, as tcp://host:8786, or the path of its scheduler file.
+        begin: called when the cluster is there and fit.
     """
     with _connected(address) as client:
         from distributed import as_completed
 
         names = sorted({job.optimizer for job in jobs.values()})
-        build = build_of(names)
+        build = builds_of(names)
         _require_same_build(client, names, build)
+        begin()
         keys = [f"{job.scene_name}-{job.label}-seed{job.seed}-{uuid.uuid4()}" for job in jobs.values()]
         files = [_pack(job, folder) for job in jobs.values()]
         futures = client.map(_run_there, list(jobs.values()), files, build=build, key=keys, retries=RETRIES, pure=False)
@@ -55,31 +59,38 @@ def share_on_cluster(jobs: Mapping[int, Job], folder: Path, address: str) -> Ite
             client.cancel(futures)
 
 
-def build_of(optimizers: Sequence[str]) -> Build:
-    """What must be the same wherever results are to be the same; the type of processor is left to the user."""
-    origins = {name: this_origin(load_optimizer(name)) for name in optimizers}
-    return {name: {what: origin[what] for what in origin if what != "processor"} for name, origin in origins.items()}
+def builds_of(optimizers: Sequence[str]) -> Builds:
+    """What must be the same wherever results are to be the same."""
+    return {name: build_of(name) for name in optimizers}
 
 
 @contextmanager
 def _connected(address: str) -> Iterator[Client]:
     try:
         from distributed import Client
+        from distributed.comm.addressing import resolve_address
     except ImportError:
         raise UserError("a Dask cluster needs the library distributed; install springopt[dask].") from None
-    where = {"scheduler_file": address} if Path(address).is_file() else {"address": address}
     try:
-        client = Client(**where, timeout=PATIENCE, set_as_default=False)
-    except (OSError, ValueError) as error:
+        where = _scheduler(address)
+        resolve_address(where)  # a client refuses it too, but half made it takes a minute to end
+        client = Client(where, timeout=PATIENCE, set_as_default=False)
+    except (OSError, ValueError, LookupError, TypeError) as error:
         raise UserError(
-            f"no Dask scheduler answers at {address} ({error}); give its address, as tcp://host:8786, or the path of "
+            f"no Dask scheduler answers at {address!r} ({error}); give its address, as tcp://host:8786, or the path of "
             "its scheduler file."
         ) from None
     with client:
         yield client
 
 
-def _require_same_build(client: Client, names: Sequence[str], build: Build) -> None:
+def _scheduler(address: str) -> str:
+    """Where it is by its file, if there is one of this name."""
+    path = Path(address)
+    return str(json.loads(path.read_text(encoding="utf-8"))["address"]) if path.is_file() else address
+
+
+def _require_same_build(client: Client, names: Sequence[str], build: Builds) -> None:
     """Refuses a cluster that would give other results, or count the processor seconds of one run for another."""
     try:
         client.wait_for_workers(1, timeout=PATIENCE)
@@ -87,7 +98,7 @@ def _require_same_build(client: Client, names: Sequence[str], build: Build) -> N
         raise UserError(
             "the Dask scheduler has no workers; start some, as by `dask worker ADDRESS --nthreads 1`."
         ) from None
-    for worker, found in client.run(build_of, names, on_error="return").items():
+    for worker, found in client.run(builds_of, names, on_error="return").items():
         if isinstance(found, Exception):
             raise UserError(
                 f"worker {worker} can't run this ({type(found).__name__}: {found}); install the same there."
@@ -101,7 +112,7 @@ def _require_same_build(client: Client, names: Sequence[str], build: Build) -> N
             )
 
 
-def _require_same(worker: str, found: Build, build: Build) -> None:
+def _require_same(worker: str, found: Builds, build: Builds) -> None:
     for name, facts in build.items():
         for what, here in facts.items():
             if found[name].get(what) != here:
@@ -111,7 +122,7 @@ def _require_same(worker: str, found: Build, build: Build) -> None:
                 )
 
 
-def _run_there(job: Job, files: Files, build: Build) -> tuple[Outcome, str, Files]:
+def _run_there(job: Job, files: Files, build: Builds) -> tuple[Outcome, str, Files]:
     """The task: what came of the job, the folder that its sentences name, and the files that it left."""
     from distributed import get_worker
 
@@ -123,7 +134,7 @@ def _run_there(job: Job, files: Files, build: Build) -> tuple[Outcome, str, File
         if task is None or task.state == "cancelled":
             raise Interrupted
 
-    _require_same(worker.address, build_of(list(build)), build)  # it may have come later than the others
+    _require_same(worker.address, builds_of(list(build)), build)  # it may have come later than the others
     with tempfile.TemporaryDirectory(prefix="springopt-") as name:
         place = Path(name)
         _unpack(job, place, files)

@@ -34,6 +34,7 @@ def run_jobs(
     *,
     workers: int = 1,
     dask: str | None = None,
+    ready: Callable[[], None] | None = None,
     progress: Progress | None = None,
 ) -> list[Outcome]:
     """Runs all jobs that have not ended yet, and says of each what came of it, in their order.
@@ -45,17 +46,23 @@ def run_jobs(
         folder: of results, `FOLDER/<scene>/<label>/seed<N>.h5`; it is made.
         workers: processes; 1 is this one.
         dask: the address of a Dask scheduler, or its scheduler file: the jobs run on its workers instead.
+        ready: called once, when nothing can be refused any more, before the first run.
         progress: called after each job.
     """
     queue, place = list(jobs), Path(folder)
     for job in queue:
         require_legal(job)
     _require_apart(queue)
-    place.mkdir(parents=True, exist_ok=True)
+
+    def begin() -> None:
+        _make(place)
+        if ready:
+            ready()
+
     outcomes: dict[int, Outcome] = {}
     pace = Pace(queue)
     with termination_as_interrupt():
-        for number, outcome in _ended(queue, place, workers, dask):
+        for number, outcome in _ended(queue, place, workers, dask, begin):
             outcomes[number] = outcome
             pace.note(outcome)
             if progress:
@@ -63,7 +70,7 @@ def run_jobs(
     return [outcomes[number] for number in range(len(queue))]
 
 
-def _ended(jobs: Sequence[Job], folder: Path, workers: int, dask: str | None) -> Ended:
+def _ended(jobs: Sequence[Job], folder: Path, workers: int, dask: str | None, begin: Callable[[], None]) -> Ended:
     """Each job as it ends; first those that ended in an earlier call."""
     waiting = {}
     for number in sorted(range(len(jobs)), key=lambda number: jobs[number].seed):
@@ -74,17 +81,24 @@ def _ended(jobs: Sequence[Job], folder: Path, workers: int, dask: str | None) ->
             yield number, before
         else:
             waiting[number] = jobs[number]
-    if not waiting:
-        return
-    if dask is not None:
+    if waiting and dask is not None:
         from springopt.benchmark.cluster import share_on_cluster
 
-        yield from share_on_cluster(waiting, folder, dask)
-    elif workers > 1:
+        yield from share_on_cluster(waiting, folder, dask, begin)
+        return
+    begin()
+    if waiting and workers > 1:
         yield from share(waiting, folder, workers)
     else:
         for number, job in waiting.items():
             yield number, run_job(job, folder)
+
+
+def _make(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UserError(f"{folder} can't be written ({error.strerror}); choose another folder.") from None
 
 
 def _require_apart(jobs: Sequence[Job]) -> None:

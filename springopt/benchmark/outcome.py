@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from springopt.benchmark.build import build_of
 from springopt.errors import UserError
 from springopt.run import Run
 
@@ -58,16 +59,24 @@ def done(job: Job, folder: Path, run: Run) -> Outcome:
 
 def refused(job: Job, folder: Path, word: str, sentence: str) -> Outcome:
     """Writes that an optimizer can't serve a scene, whatever the seed."""
-    write_json(_refused_file(job, folder), {"word": word, "sentence": sentence})
+    write_json(_refused_file(job, folder), {"word": word, "sentence": sentence, "build": build_of(job.optimizer)})
     return Outcome(*_names(job), state="refused", word=word, sentence=sentence)
 
 
 def refused_before(job: Job, folder: Path) -> Outcome | None:
-    """The refusal that lies in the folder; None where there is none."""
+    """The refusal that lies in the folder; one by another build, or damaged, goes: the optimizer is asked again."""
     path = _refused_file(job, folder)
     if not path.exists():
         return None
-    return Outcome(*_names(job), state="refused", **json.loads(path.read_text(encoding="utf-8")))
+    try:
+        stated = json.loads(path.read_text(encoding="utf-8"))
+        word, sentence, build = (stated[name] for name in ("word", "sentence", "build"))
+    except (OSError, ValueError, KeyError, TypeError):
+        build = None
+    if build != build_of(job.optimizer):
+        path.unlink(missing_ok=True)
+        return None
+    return Outcome(*_names(job), state="refused", word=str(word), sentence=str(sentence))
 
 
 def failed(job: Job, folder: Path, sentence: str) -> Outcome:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +19,28 @@ REQUEST = "benchmark.json"
 FORMAT = 1
 
 
-def record_request(
+@dataclass(frozen=True)
+class Request:
+    """What is asked of a folder of results now, beside what was asked before."""
+
+    path: Path
+    document: Mapping[str, Any]
+    is_noted: bool  #: an earlier call asked for the same
+    is_of_another_build: bool  #: than an earlier call
+
+    def note(self) -> None:
+        """Writes it down in the folder."""
+        if not self.is_noted:
+            write_json(self.path, dict(self.document))
+
+
+def make_request(
     folder: Path, scenes: Sequence[Scene], optimizers: Sequence[str], seeds: int, limits: Mapping[str, float]
-) -> bool:
-    """Notes in the folder what is asked of it now; returns whether an earlier call was by another build.
+) -> Request:
+    """What is asked of the folder; nothing is written yet.
 
     Raises:
-        UserError: where a scene or its budget is another one than before: its runs could not be compared.
+        UserError: where runs are there on another state of a scene, or with another budget: they could not be compared.
     """
     path = folder / REQUEST
     written = _read(path)
@@ -39,10 +55,13 @@ def record_request(
         "versions": versions,
     }
     earlier: list[dict[str, Any]] = written["requests"]
-    if request not in earlier:
-        scenes_asked = written["scenes"] | asked
-        write_json(path, {"format": FORMAT, "scenes": scenes_asked, "requests": [*earlier, request]})
-    return any(_differ(versions, each["versions"]) for each in earlier)
+    document = {
+        "format": FORMAT,
+        "scenes": written["scenes"] | asked,
+        "requests": earlier if request in earlier else [*earlier, request],
+    }
+    is_of_another_build = any(_differ(versions, each["versions"]) for each in earlier)
+    return Request(path, document, document == written, is_of_another_build)
 
 
 def _budget(scene: Scene, limits: Mapping[str, float]) -> dict[str, float]:
@@ -53,9 +72,10 @@ def _budget(scene: Scene, limits: Mapping[str, float]) -> dict[str, float]:
 
 
 def _require_unchanged(folder: Path, scene: str, before: Mapping[str, Any], now: Mapping[str, Any]) -> None:
-    if before["digest"] != now["digest"]:
+    place = folder / scene
+    if before["digest"] != now["digest"] and any(place.glob("*/*")):
         raise UserError(f"{folder} has runs on another state of scene {scene}; choose another folder.")
-    if before["budget"] != now["budget"]:
+    if before["budget"] != now["budget"] and any(place.glob("*/seed*.h5*")):  # a refusal has no budget
         raise UserError(
             f"{folder} has runs on {scene} with a budget of {_say(before['budget'])}, and now it is "
             f"{_say(now['budget'])}; choose another folder."
@@ -64,6 +84,15 @@ def _require_unchanged(folder: Path, scene: str, before: Mapping[str, Any], now:
 
 def _say(budget: Mapping[str, float]) -> str:
     return ", ".join(f"{limit:g} {name}" if name != "target" else f"target {limit:g}" for name, limit in budget.items())
+
+
+def _require_form(written: Mapping[str, Any]) -> None:
+    """Uses whatever is used later, so that a damaged document is told here."""
+    for facts in written["scenes"].values():
+        str(facts["digest"])
+        _say(facts["budget"])
+    for request in written["requests"]:
+        _differ(request["versions"], request["versions"])
 
 
 def _differ(versions: Mapping[str, Any], others: Mapping[str, Any]) -> bool:
@@ -77,8 +106,8 @@ def _read(path: Path) -> dict[str, Any]:
     try:
         written: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
         made = int(written["format"])
-        written["scenes"], written["requests"]
-    except (OSError, ValueError, KeyError, TypeError) as error:
+        _require_form(written)
+    except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
         raise UserError(f"{path} can't be read ({type(error).__name__}: {error}); choose another folder.") from None
     if made > FORMAT:
         raise UserError(f"{path} has format {made}, and this springopt knows up to {FORMAT}; use a newer springopt.")

@@ -20,6 +20,7 @@ from springopt.errors import UserError
 if TYPE_CHECKING:
     from springopt.benchmark.job import Job
     from springopt.benchmark.outcome import Outcome
+    from springopt.benchmark.request import Request
 
 DEFAULT_SEEDS = 15
 FAILURES_SHOWN = 10
@@ -66,8 +67,10 @@ def command(
         raise UserError("--workers are processes of this machine and --dask has its own; give one of the two.")
     given = {name: limit for name, limit in limits.items() if limit is not None}
     with redirect_stdout(sys.stderr):  # standard output is ours: optimizers may print
-        jobs = _jobs(_folder(out), _words(scenes), _words(optimizers), seeds, given, quick)
-        outcomes = _run(jobs, Path(out), workers or 1, dask)
+        jobs, request = _jobs(
+            _folder(out), _words("--scenes", scenes), _words("--optimizers", optimizers), seeds, given, quick
+        )
+        outcomes = _run(jobs, request, Path(out), workers or 1, dask)
     if as_json:
         click.echo(json.dumps([outcome.to_dict() for outcome in outcomes]))
     else:
@@ -83,40 +86,44 @@ def _jobs(
     seeds: int | None,
     limits: Mapping[str, float],
     quick: bool,
-) -> list[Job]:
-    """All that is asked for, noted in the folder."""
+) -> tuple[list[Job], Request]:
+    """All that is asked for, and the note of it."""
     from springopt.benchmark import suite
-    from springopt.benchmark.request import record_request
+    from springopt.benchmark.request import make_request
 
     if quick:
         scene_words, limits = scene_words or suite.QUICK_SCENES, limits or suite.QUICK_LIMITS
         seeds = seeds or suite.QUICK_SEEDS
     scenes, optimizers = suite.choose_scenes(scene_words), suite.choose_optimizers(optimizer_names)
     jobs = suite.make_jobs(scenes, optimizers, seeds or DEFAULT_SEEDS, limits)
-    if record_request(folder, scenes, optimizers, seeds or DEFAULT_SEEDS, limits):
+    request = make_request(folder, scenes, optimizers, seeds or DEFAULT_SEEDS, limits)
+    if request.is_of_another_build:
         warnings.warn(
             f"{folder} has runs of another build of springopt or of an optimizer; to compare like with like choose "
             "another folder.",
             RuntimeWarning,
             stacklevel=2,
         )
-    return jobs
+    return jobs, request
 
 
-def _run(jobs: Sequence[Job], folder: Path, workers: int, dask: str | None) -> list[Outcome]:
+def _run(jobs: Sequence[Job], request: Request, folder: Path, workers: int, dask: str | None) -> list[Outcome]:
     from springopt.benchmark import run_jobs
 
     with bar_over_runs() as progress:
         try:
-            return run_jobs(jobs, folder, workers=workers, dask=dask, progress=progress)
+            return run_jobs(jobs, folder, workers=workers, dask=dask, ready=request.note, progress=progress)
         except KeyboardInterrupt:
             click.echo(f"What ended is in {folder}; the same command goes on.", err=True)
             raise
 
 
-def _words(given: Sequence[str]) -> list[str]:
+def _words(option: str, given: Sequence[str]) -> list[str]:
     """The names of an option that may be repeated, with commas between them."""
-    return [word.strip() for each in given for word in each.split(",") if word.strip()]
+    words = [word.strip() for each in given for word in each.split(",") if word.strip()]
+    if given and not words:
+        raise UserError(f"{option} names nothing, perhaps for want of a variable; leave it out for all that there are.")
+    return words
 
 
 def _folder(out: str) -> Path:

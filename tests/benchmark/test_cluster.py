@@ -1,5 +1,6 @@
 """Jobs on a Dask cluster: the results of one process, whatever happens to a worker; what can't give them is refused."""
 
+import json
 import subprocess
 import sys
 import threading
@@ -10,7 +11,7 @@ import pytest
 
 from springopt.benchmark import cluster, run_jobs, same_result
 from springopt.errors import UserError
-from springopt.journal import journal_path
+from springopt.journal import Journal, journal_path
 from springopt.random_search import RandomSearch
 from springopt.store import read
 
@@ -28,6 +29,11 @@ def local_cluster(threads=1):
 def address():
     with local_cluster() as running:
         yield running.scheduler_address
+
+
+def broken(self, problem, rng):
+    problem.evaluate(problem.sample(rng, 3))
+    raise ZeroDivisionError("its own mistake")
 
 
 def files(folder):
@@ -49,10 +55,6 @@ def test_it_gives_the_results_of_this_process(nine, bits, job, address, tmp_path
 def test_a_run_that_failed_there_can_be_taken_up_here_and_the_other_way_round(
     nine, job, address, tmp_path, monkeypatch
 ):
-    def broken(self, problem, rng):
-        problem.evaluate(problem.sample(rng, 3))
-        raise ZeroDivisionError("its own mistake")
-
     one, jobs = tmp_path / "nine" / "random-search" / "seed0.h5", [job(nine)]
     for first, then in ((address, None), (None, address)):
         monkeypatch.setattr(RandomSearch, "minimize", broken)
@@ -65,6 +67,20 @@ def test_a_run_that_failed_there_can_be_taken_up_here_and_the_other_way_round(
         assert run_jobs(jobs, tmp_path, dask=then)[0].state == "done"
         assert files(one.parent) == ["seed0.h5"]
         one.unlink()
+
+
+def test_the_scheduler_s_file_tells_where_it_is(nine, job, address, tmp_path):
+    (tmp_path / "scheduler.json").write_text(json.dumps({"address": address}))
+    assert run_jobs([job(nine)], tmp_path, dask=str(tmp_path / "scheduler.json"))[0].state == "done"
+
+
+def test_a_run_that_another_process_is_at_is_not_sent(nine, job, address, tmp_path, monkeypatch):
+    monkeypatch.setattr(RandomSearch, "minimize", broken)
+    run_jobs([job(nine)], tmp_path)
+    monkeypatch.undo()
+    with Journal.open(journal_path(job(nine).run_file(tmp_path))):
+        outcomes = run_jobs([job(nine), job(nine, seed=1)], tmp_path, dask=address)
+    assert [each.state for each in outcomes] == ["elsewhere", "done"]
 
 
 def test_what_is_under_way_ends_where_the_caller_ends(nine, job, address, tmp_path):
@@ -81,23 +97,23 @@ def test_what_is_under_way_ends_where_the_caller_ends(nine, job, address, tmp_pa
 
 class TestRefusals:
     def test_a_worker_of_another_build(self, nine, job, address, tmp_path, monkeypatch):
-        def build_of(names):
+        def builds_of(names):
             here = threading.current_thread() is threading.main_thread()
             return {name: {"numpy": "2.4" if here else "1.9"} for name in names}
 
-        monkeypatch.setattr(cluster, "build_of", build_of)
+        monkeypatch.setattr(cluster, "builds_of", builds_of)
         with pytest.raises(
             UserError, match=r"on worker tcp://\S+ numpy is 1.9 and here 2.4, .*; install the same there"
         ):
             run_jobs([job(nine)], tmp_path, dask=address)
 
     def test_a_worker_without_the_plugin(self, nine, job, address, tmp_path, monkeypatch):
-        def build_of(names):
+        def builds_of(names):
             if threading.current_thread() is not threading.main_thread():
                 raise UserError("there is no optimizer 'random-search'.")
             return {name: {} for name in names}
 
-        monkeypatch.setattr(cluster, "build_of", build_of)
+        monkeypatch.setattr(cluster, "builds_of", builds_of)
         with pytest.raises(UserError, match=r"worker tcp://\S+ can't run this .*there is no optimizer"):
             run_jobs([job(nine)], tmp_path, dask=address)
 
@@ -107,8 +123,14 @@ class TestRefusals:
 
     def test_an_address_where_nobody_answers(self, nine, job, tmp_path, monkeypatch):
         monkeypatch.setattr(cluster, "PATIENCE", 0.2)
-        with pytest.raises(UserError, match=r"no Dask scheduler answers at tcp://127\.0\.0\.1:1 "):
-            run_jobs([job(nine)], tmp_path, dask="tcp://127.0.0.1:1")
+        with pytest.raises(UserError, match=r"no Dask scheduler answers at 'tcp://127\.0\.0\.1:1' "):
+            run_jobs([job(nine)], tmp_path, dask="tcp://127.0.0.1:1", ready=lambda: pytest.fail("it is not"))
+
+    @pytest.mark.parametrize("text", ["[lattice]", "{}", "[]", '{"address": "bogus://x"}'])
+    def test_a_file_that_is_no_scheduler_s(self, nine, job, tmp_path, text):
+        (tmp_path / "scheduler.json").write_text(text)
+        with pytest.raises(UserError, match=r"no Dask scheduler answers at .*scheduler.json' \("):
+            run_jobs([job(nine)], tmp_path, dask=str(tmp_path / "scheduler.json"))
 
     def test_a_missing_library(self, nine, job, tmp_path, monkeypatch):
         monkeypatch.setitem(sys.modules, "distributed", None)

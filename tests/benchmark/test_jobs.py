@@ -161,9 +161,23 @@ class TestOneJob:
         assert (outcome.state, outcome.word) == ("refused", "binary")
         assert files(folder) == ["nine/random-search/refused.json"]
         written = json.loads((folder / "nine" / "random-search" / "refused.json").read_text())
-        assert written == {"word": "binary", "sentence": outcome.sentence}
+        assert (written["word"], written["sentence"]) == ("binary", outcome.sentence)
         monkeypatch.undo()
         assert run_job(job(nine, seed=1), folder).word == "binary"
+
+    @pytest.mark.parametrize("is_damaged", [True, False])
+    def test_it_is_asked_again_by_another_build_or_where_the_reason_is_damaged(
+        self, nine, job, folder, monkeypatch, is_damaged
+    ):
+        with monkeypatch.context() as patched:
+            patched.setattr(RandomSearch, "needs", ("binary",))
+            run_job(job(nine), folder)
+        if is_damaged:
+            (folder / "nine" / "random-search" / "refused.json").write_text("{")
+        else:
+            monkeypatch.setattr("springopt.benchmark.outcome.build_of", lambda optimizer: {"numpy": "9.9"})
+        assert run_job(job(nine), folder).state == "done"
+        assert files(folder) == ["nine/random-search/seed0.h5"]
 
     @pytest.mark.parametrize(
         ("error", "word"), [(NotServed("too large.", word="memory"), "memory"), (UserError("not this."), "unsuited")]

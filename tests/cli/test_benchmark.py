@@ -72,6 +72,13 @@ def test_two_scenes_of_one_name_are_refused_whatever_they_differ_in(benchmark, t
         (("--scenes", "paper-fem-3d"), "Did you mean 'paper-fem-2d'"),
         (("--scenes", "gone.toml"), "scene gone.toml can't be read"),
         (("--optimizers", "paper-gaa"), "Did you mean 'paper-ga'"),
+        (("--scenes", ""), "--scenes names nothing"),
+        (("--optimizers", ","), "--optimizers names nothing"),
+        (("--dask", "", "--evaluations", "1"), "no Dask scheduler answers at '' (missing port number"),
+        (
+            ("--dask", "bogus://x", "--evaluations", "1"),
+            "no Dask scheduler answers at 'bogus://x' (unknown address scheme",
+        ),
         (("--evaluations", "0"), "evaluations must be a positive whole number"),
         (("--seeds", "0"), "Invalid value for '--seeds'"),
     ],
@@ -80,6 +87,13 @@ def test_slips_are_told_before_any_work(benchmark, tmp_path, arguments, sentence
     answer = benchmark("--out", "results", *arguments)
     assert answer.code == 2
     assert sentence in answer.err
+    assert not (tmp_path / "results").exists()
+
+
+def test_a_slip_that_only_a_job_can_tell_leaves_no_note_of_the_request(benchmark, tmp_path):
+    (tmp_path / "nine.toml").write_text(SCENE.replace("batch = 16", 'batch = "many"'))
+    answer = benchmark("--scenes", "nine.toml", *TWO)
+    assert answer.code == 2
     assert not (tmp_path / "results").exists()
 
 
@@ -151,9 +165,35 @@ class TestTheSameFolder:
         assert answer.code == 0
         assert "Warning: results has runs of another build" in answer.err
 
-    def test_a_damaged_note_is_refused(self, benchmark, once):
-        (once / "benchmark.json").write_text("{")
-        assert "benchmark.json can't be read (JSONDecodeError" in benchmark("--scenes", "nine.toml", *TWO).err
+    def test_of_a_scene_without_runs_everything_may_change(self, benchmark, once, tmp_path):
+        place = once / "nine" / "random-search"
+        for path in once.glob("*/*/*.h5"):
+            path.unlink()
+        assert benchmark("--scenes", "nine.toml", "--evaluations", "3", *TWO).code == 0
+        assert read(place / "seed0.h5").run.evaluations == 3
+        assert json.loads((once / "benchmark.json").read_text())["scenes"]["nine"]["budget"] == {"evaluations": 3}
+
+    @pytest.mark.parametrize(
+        ("text", "why"),
+        [
+            ("{", "JSONDecodeError"),
+            ("[]", "TypeError"),
+            ('{"format": 1, "scenes": {}}', "KeyError: 'requests'"),
+            ('{"format": 1, "scenes": [], "requests": []}', "AttributeError"),
+            ('{"format": 1, "scenes": {"nine": {}}, "requests": []}', "KeyError: 'digest'"),
+            (
+                '{"format": 1, "scenes": {"nine": {"digest": "", "budget": {"solves": "x"}}}, "requests": []}',
+                "ValueError",
+            ),
+            ('{"format": 1, "scenes": {}, "requests": [{}]}', "KeyError: 'versions'"),
+            ('{"format": 1, "scenes": {}, "requests": [{"versions": []}]}', "AttributeError"),
+        ],
+    )
+    def test_a_damaged_note_is_refused(self, benchmark, once, text, why):
+        (once / "benchmark.json").write_text(text)
+        answer = benchmark("--scenes", "nine.toml", *TWO)
+        assert answer.code == 2
+        assert f"benchmark.json can't be read ({why}" in answer.err
 
 
 def test_ctrl_c_ends_it_and_the_same_command_goes_on(benchmark, tmp_path, monkeypatch):
