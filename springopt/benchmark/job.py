@@ -98,7 +98,11 @@ def ended_before(job: Job, folder: Path) -> Outcome | None:
         _require_same(job, order, out)
     except RunFileError as error:
         return stopped(job, str(error))
-    return done(job, folder, run) if run.complete else None
+    if not run.complete:
+        return None
+    for left in out.parent.glob(f"{journal_path(out).name}*"):  # by a process killed just after it wrote the run file
+        left.unlink(missing_ok=True)
+    return done(job, folder, run)
 
 
 def at_work_elsewhere(job: Job, folder: Path) -> Outcome | None:

@@ -11,7 +11,7 @@ from springopt.comparison.record import Record, record_of
 from springopt.comparison.result_files import ResultFile, ResultFiles, find_results
 from springopt.comparison.terms import kept_apart, on_equal_terms
 from springopt.errors import RunFileError, UserError, did_you_mean
-from springopt.journal import journal_path, run_path
+from springopt.journal import run_path
 from springopt.run import Run
 from springopt.scene import bundled_scenes
 from springopt.store import read_run
@@ -98,7 +98,7 @@ def _read(files: Sequence[ResultFile], progress: Progress | None) -> tuple[list[
         except RunFileError as error:
             left_out.append(LeftOut(str(file.path), str(error)))
         else:
-            if run.complete and not journal_path(file.path).exists():
+            if run.complete:
                 records.append(record_of(order, run, file.path, _label(file.path, run)))
             else:
                 left_out.append(LeftOut(str(file.path), f"interrupted; {_finish(file.path)}"))

@@ -68,6 +68,13 @@ class TestOneJob:
         assert (folder / "nine" / "random-search" / "seed0.h5").stat().st_mtime_ns == before
         assert dataclasses.replace(again, took=first.took) == first
 
+    def test_a_journal_that_was_left_beside_it_goes(self, nine, job, folder):
+        run_job(job(nine), folder)
+        for suffix in ("", "-wal", "-shm"):
+            (folder / "nine" / "random-search" / f"seed0.h5.journal{suffix}").write_bytes(b"left")
+        assert run_job(job(nine), folder).state == "done"
+        assert files(folder) == ["nine/random-search/seed0.h5"]
+
     def test_a_scene_whose_title_changed_is_the_same(self, nine, job, folder):
         run_job(job(nine), folder)
         assert run_job(job(nine.model_copy(update={"title": "Another"})), folder).state == "done"

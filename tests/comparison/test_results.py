@@ -77,6 +77,14 @@ def test_what_is_not_compared_is_named(folder: Path) -> None:
     assert "no run file" in left_out["seed5.h5"]
 
 
+def test_a_complete_run_counts_whatever_lies_beside_it(nine: Scene, tmp_path: Path) -> None:
+    run = solve(nine, "random-search", evaluations=4, out=tmp_path / "mine.h5")
+    (tmp_path / "mine.h5.journal").write_bytes(b"left by a process that was killed just after it wrote the run file")
+    results = read_results([tmp_path])
+    assert [record.path.name for record in results.records] == ["mine.h5"]
+    assert results.left_out == []
+
+
 def test_only_what_is_named_is_compared(folder: Path) -> None:
     results = read_results([folder], optimizers=["wide"])
     assert {each.method for each in results.records} == {"wide"}
