@@ -114,7 +114,8 @@ def _run(jobs: Sequence[Job], request: Request, folder: Path, workers: int, dask
         try:
             return run_jobs(jobs, folder, workers=workers, dask=dask, ready=request.note, progress=progress)
         except KeyboardInterrupt:
-            click.echo(f"What ended is in {folder}; the same command goes on.", err=True)
+            anew = "" if dask is None else ", and what was under way on the cluster starts anew"
+            click.echo(f"What ended is in {folder}; the same command goes on{anew}.", err=True)
             raise
 
 

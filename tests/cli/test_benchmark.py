@@ -211,6 +211,17 @@ def test_ctrl_c_ends_it_and_the_same_command_goes_on(benchmark, tmp_path, monkey
     assert read(tmp_path / "results" / "nine" / "random-search" / "seed0.h5").run.evaluations == 6
 
 
+def test_ctrl_c_with_a_cluster_tells_what_is_lost(benchmark, monkeypatch):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("springopt.benchmark.execute.run_jobs", interrupted)
+    answer = benchmark("--scenes", "nine.toml", "--dask", "tcp://127.0.0.1:1", *TWO)
+    assert answer.code == 130
+    said = "What ended is in results; the same command goes on, and what was under way on the cluster starts anew."
+    assert said in answer.err
+
+
 def test_runs_that_another_process_is_at_are_told_and_are_no_failure(benchmark, tmp_path, monkeypatch):
     def minimize(self, problem, rng):
         problem.evaluate(problem.sample(rng, 3))

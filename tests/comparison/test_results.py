@@ -78,7 +78,7 @@ def test_what_is_not_compared_is_named(folder: Path) -> None:
 
 
 def test_a_complete_run_counts_whatever_lies_beside_it(nine: Scene, tmp_path: Path) -> None:
-    run = solve(nine, "random-search", evaluations=4, out=tmp_path / "mine.h5")
+    solve(nine, "random-search", evaluations=4, out=tmp_path / "mine.h5")
     (tmp_path / "mine.h5.journal").write_bytes(b"left by a process that was killed just after it wrote the run file")
     results = read_results([tmp_path])
     assert [record.path.name for record in results.records] == ["mine.h5"]
