@@ -11,6 +11,7 @@ import json
 import os
 import warnings
 from functools import cache
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -35,12 +36,12 @@ _STAGE = {
 }
 _ENCODINGS = {"real": {"kind": "real", "upper": 10.0}, "binary": {"kind": "binary", "stiffness": 5.0}}
 
-
 _rehearsed: set[tuple[type[Optimizer], str, str]] = set()
+_warm: WeakKeyDictionary[Setup, set[bool]] = WeakKeyDictionary()  # with derivatives, and without
 
 
 def rehearse(optimizer: Optimizer, setup: Setup) -> None:
-    """Has the optimizer at work on a small scene, once a process, and the kernels of this one compiled or loaded.
+    """Has the optimizer at work on a small scene and the kernels of this one compiled or loaded, each once a process.
 
     What goes wrong with the optimizer here is told when it goes wrong in the run.
     """
@@ -48,10 +49,18 @@ def rehearse(optimizer: Optimizer, setup: Setup) -> None:
     if part not in _rehearsed:
         _rehearsed.add(part)
         _play(optimizer, _stage(setup.encoding.kind))
+    derivatives = bool({"gradient", "jacobian"} & set(optimizer.needs))
+    done = _warm.setdefault(setup, set())
+    if derivatives not in done:
+        done.add(derivatives)
+        _warm_up(setup, derivatives)
+
+
+def _warm_up(setup: Setup, derivatives: bool) -> None:
     stiffness = setup.encoding.decode(setup.encoding.upper)
     # The one without springs needs what counts how far a candidate is from an equilibrium.
     setup.objective.evaluate(np.stack([stiffness, np.zeros_like(stiffness)]))
-    if {"gradient", "jacobian"} & set(optimizer.needs):
+    if derivatives:
         with contextlib.suppress(NoEquilibrium):
             residuals, operator = setup.objective.linearize(stiffness)
             operator.matvec(stiffness)  # with its transpose, all the kernels of gradients and Jacobians

@@ -128,10 +128,12 @@ def _words(option: str, given: Sequence[str]) -> list[str]:
 
 
 def _folder(out: str) -> Path:
+    from springopt.benchmark.request import REQUEST
+
     folder = Path(out)
     if folder.exists() and not folder.is_dir():
         raise UserError(f"{out} is a file and no folder; choose another one.")
-    if folder.is_dir() and not (folder / "benchmark.json").exists() and any(folder.iterdir()):
+    if folder.is_dir() and not (folder / REQUEST).exists() and any(folder.iterdir()):
         raise UserError(f"{out} holds other things than results of a benchmark; choose a new folder.")
     return folder
 

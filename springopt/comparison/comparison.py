@@ -6,9 +6,8 @@ import json
 import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -23,6 +22,7 @@ from springopt.comparison.results import LeftOut, Progress, Refusal, Results, re
 from springopt.comparison.scene_comparison import SceneComparison, compare_on_scene
 from springopt.comparison.targets import clipped
 from springopt.comparison.terms import grouped
+from springopt.run import plain
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Comparison:
 
     def to_json(self) -> str:
         """All of it as one JSON document; numbers that are not finite are null."""
-        return json.dumps(_plain(asdict(self)), allow_nan=False)
+        return json.dumps(plain(self), allow_nan=False)
 
 
 def compare(
@@ -142,11 +142,3 @@ def _expected(unit: str, methods: Sequence[str], compared: Sequence[SceneCompari
         unsolved = [math.inf] * len(next(iter(times.values())))
         rows += list(zip(*(times.get(method, unsolved) for method in methods), strict=True))
     return np.array(rows)
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -111,16 +111,16 @@ def sample_of(records: Sequence[Record], way: Way) -> Sample:
 
 def summary(records: Sequence[Record], way: Way, failed: int = 0) -> MethodOnScene:
     """What a method's runs on one scene come to, of which so many more failed."""
-    values = np.array([record.value for record in records])
+    values, alike = np.array([record.value for record in records]), are_alike(records)
     tests = [record.test_error for record in records if record.test_error is not None]
     return MethodOnScene(
         method=records[0].method,
         runs=len(records),
         failed=failed,
-        deterministic=are_alike(records),
+        deterministic=alike,
         value=_spread(values),
         gap=_spread(np.array([way.gap(value) for value in values])),
-        targets={exponent: _target(records, way, exponent, failed) for exponent in TARGETS},
+        targets={exponent: _target(records, way, exponent, failed, alike) for exponent in TARGETS},
         train_error=_spread(np.array([record.train_error for record in records])),
         test_error=_spread(np.array(tests)) if tests else None,
         cost=_cost(records),
@@ -129,14 +129,14 @@ def summary(records: Sequence[Record], way: Way, failed: int = 0) -> MethodOnSce
     )
 
 
-def _target(records: Sequence[Record], way: Way, exponent: int, failed: int) -> Target:
+def _target(records: Sequence[Record], way: Way, exponent: int, failed: int, alike: bool) -> Target:
     times = {unit: np.array([record.time_to(way.target(exponent), unit) for record in records]) for unit in UNITS}
     solved = np.isfinite(times["evaluations"])
     totals = {unit: np.array([record.total[unit] for record in records]) for unit in UNITS}
     expected = {unit: running_time(np.where(solved, times[unit], totals[unit]), solved) for unit in UNITS}
     successes = int(solved.sum())
     rate = success_rate(successes, len(records) + failed)
-    if are_alike(records) and not failed and successes in (0, len(records)):
+    if alike and not failed and successes in (0, len(records)):
         rate = Estimate(rate.value, rate.value, rate.value)  # one answer, and nothing to be unsure of
     return Target(successes, rate, expected)
 
