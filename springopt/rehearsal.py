@@ -41,7 +41,7 @@ _warm: WeakKeyDictionary[Setup, set[bool]] = WeakKeyDictionary()  # with derivat
 
 
 def rehearse(optimizer: Optimizer, setup: Setup) -> None:
-    """Has the optimizer at work on a small scene and the kernels of this one compiled or loaded, each once a process.
+    """Has the optimizer at work on a small scene, once a process, and the kernels of this one ready, once a setup.
 
     What goes wrong with the optimizer here is told when it goes wrong in the run.
     """

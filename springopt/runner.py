@@ -68,18 +68,8 @@ def solve(
         scene = load_scene(scene)
     optimizer = _ready(optimizer, scene, options)
     first = None if start is None else _first(start, scene)
-    limits: dict[str, Any] = {"evaluations": evaluations, "seconds": seconds, "solves": solves, "target": target}
-    if all(limit is None for limit in limits.values()):
-        limits = scene.budget.model_dump()
-    order = Order(
-        scene=scene.to_json(),
-        optimizer=optimizer.name,
-        options=asdict(optimizer),
-        seed=_require_seed(seed),
-        budget=asdict(Budget(**limits)),
-        origin=this_origin(type(optimizer), type(first) if first else None),
-        start={"name": first.name, "options": asdict(first)} if first else None,
-    )
+    limits = {"evaluations": evaluations, "seconds": seconds, "solves": solves, "target": target}
+    order = _order(scene, optimizer, first, seed, limits)
     if out is not None:
         _require_new(Path(out))
     if setup is not None and setup.scene != scene:
@@ -127,6 +117,20 @@ def _ready(optimizer: str | Optimizer, scene: Scene, options: Mapping[str, Any] 
     if options:
         raise UserError("options are for an optimizer given by name; set those of one made ready when it is made.")
     return optimizer
+
+
+def _order(scene: Scene, optimizer: Optimizer, first: Optimizer | None, seed: int, limits: Mapping[str, Any]) -> Order:
+    """What is asked for; without any limit the scene's own budget holds."""
+    unlimited = all(limit is None for limit in limits.values())
+    return Order(
+        scene=scene.to_json(),
+        optimizer=optimizer.name,
+        options=asdict(optimizer),
+        seed=_require_seed(seed),
+        budget=asdict(Budget(**(scene.budget.model_dump() if unlimited else limits))),
+        origin=this_origin(type(optimizer), type(first) if first else None),
+        start={"name": first.name, "options": asdict(first)} if first else None,
+    )
 
 
 def _first(start: str | os.PathLike[str] | Optimizer, scene: Scene) -> Optimizer:

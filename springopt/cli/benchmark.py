@@ -14,6 +14,7 @@ import click
 
 from springopt.cli.bar import bar_over_runs
 from springopt.cli.main import COMMANDS
+from springopt.cli.names import split_names
 from springopt.cli.results import print_table
 from springopt.errors import UserError
 
@@ -68,7 +69,7 @@ def command(
     given = {name: limit for name, limit in limits.items() if limit is not None}
     with redirect_stdout(sys.stderr):  # standard output is ours: optimizers may print
         jobs, request = _jobs(
-            _folder(out), _words("--scenes", scenes), _words("--optimizers", optimizers), seeds, given, quick
+            _folder(out), split_names("--scenes", scenes), split_names("--optimizers", optimizers), seeds, given, quick
         )
         outcomes = _run(jobs, request, Path(out), workers or 1, dask)
     if as_json:
@@ -117,14 +118,6 @@ def _run(jobs: Sequence[Job], request: Request, folder: Path, workers: int, dask
             anew = "" if dask is None else ", and what was under way on the cluster starts anew"
             click.echo(f"What ended is in {folder}; the same command goes on{anew}.", err=True)
             raise
-
-
-def _words(option: str, given: Sequence[str]) -> list[str]:
-    """The names of an option that may be repeated, with commas between them."""
-    words = [word.strip() for each in given for word in each.split(",") if word.strip()]
-    if given and not words:
-        raise UserError(f"{option} names nothing, perhaps for want of a variable; leave it out for all that there are.")
-    return words
 
 
 def _folder(out: str) -> Path:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
@@ -13,6 +12,7 @@ import click
 
 from springopt.cli.bar import counting_bar
 from springopt.cli.main import COMMANDS
+from springopt.cli.names import split_names
 from springopt.cli.outputs import TABLE_ENDINGS, require_new, require_new_folder
 from springopt.cli.results import print_table
 from springopt.errors import UserError
@@ -58,7 +58,7 @@ def command(
     from a scene's start, which needs no search, to its floor. Running times are counted in evaluations, forward solves
     and processor seconds.
     """
-    on, chosen = _chosen_scenes(scenes, shown), _names("--optimizers", optimizers)
+    on, chosen = _chosen_scenes(scenes, shown), split_names("--optimizers", optimizers)
     table = None if csv is None else require_new(csv, TABLE_ENDINGS)
     folder = None if figures is None else require_new_folder(figures)
     from springopt.comparison import compare
@@ -86,20 +86,12 @@ def _bar() -> Iterator[Callable[[int, int], None] | None]:
 
 def _chosen_scenes(scenes: Sequence[str], shown: str | None) -> list[str]:
     if shown is None:
-        return _names("--scenes", scenes)
+        return split_names("--scenes", scenes)
     if scenes:
         raise UserError("--scene shows one scene and --scenes chooses several; give one of the two.")
     if not shown.strip():
         raise UserError("--scene is empty; name a scene, or leave it away.")
     return [shown]
-
-
-def _names(option: str, given: Sequence[str]) -> list[str]:
-    """Names with commas between them, those within brackets apart, from an option that may be repeated."""
-    names = [name.strip() for text in given for name in re.split(r",(?![^(]*\))", text) if name.strip()]
-    if given and not names:
-        raise UserError(f"{option} is empty; name what to compare, or leave it away for all.")
-    return names
 
 
 def _write(comparison: Comparison, path: Path) -> None:

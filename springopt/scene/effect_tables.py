@@ -4,28 +4,22 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Literal
 
-from pydantic import ValidationInfo, model_validator
-
-from springopt.scene.table import Numbers, Table, faults_of_users, lattice_of
+from springopt.lattice import SpringLattice
+from springopt.scene.table import FittingTable, Numbers
 
 if TYPE_CHECKING:
     from springopt.effects.gravity import Gravity
 
 
-class GravityTable(Table):
+class GravityTable(FittingTable):
     """A constant acceleration of every node."""
 
     kind: Literal["gravity"]
     acceleration: Numbers
     mass: Numbers = 1.0
 
-    @model_validator(mode="after")
-    def _fits_lattice(self, info: ValidationInfo) -> GravityTable:
-        lattice = lattice_of(info)
-        if lattice is not None:
-            with faults_of_users():
-                self.build().constant_forces(lattice)
-        return self
+    def try_on(self, lattice: SpringLattice) -> object:
+        return self.build().constant_forces(lattice)
 
     def build(self) -> Gravity:
         from springopt.effects.gravity import Gravity

@@ -4,23 +4,18 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Discriminator, ValidationInfo, model_validator
+from pydantic import Discriminator
 
 from springopt.encoding import ENCODINGS, Encoding
 from springopt.lattice import SpringLattice
-from springopt.scene.table import Numbers, Table, faults_of_users, lattice_of
+from springopt.scene.table import FittingTable, Numbers
 
 
-class _EncodingTable(Table):
+class _EncodingTable(FittingTable):
     kind: str
 
-    @model_validator(mode="after")
-    def _builds(self, info: ValidationInfo) -> _EncodingTable:
-        lattice = lattice_of(info)
-        if lattice is not None:
-            with faults_of_users():
-                self.build(lattice)
-        return self
+    def try_on(self, lattice: SpringLattice) -> object:
+        return self.build(lattice)
 
     def build(self, lattice: SpringLattice) -> Encoding:
         return ENCODINGS[self.kind](lattice, **self.model_dump(exclude={"kind"}))

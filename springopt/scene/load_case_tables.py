@@ -13,7 +13,7 @@ from springopt.errors import SceneError
 from springopt.lattice import SpringLattice
 from springopt.load_case import LoadCase
 from springopt.scene.selection import AXES, axis_numbers, parse_axes, parse_selection, select_nodes
-from springopt.scene.table import Table, fault, faults_of_users, lattice_of
+from springopt.scene.table import FittingTable, Table, fault, lattice_of
 
 Selection = Annotated[list[str | int], PlainValidator(parse_selection)]
 Axes = Annotated[list[str], PlainValidator(parse_axes)]
@@ -96,7 +96,7 @@ def _tables(value: Any) -> Any:
     return [value] if isinstance(value, dict) else value
 
 
-class LoadCaseTable(Table):
+class LoadCaseTable(FittingTable):
     """One load case."""
 
     name: Annotated[str, Field(min_length=1)]
@@ -104,13 +104,8 @@ class LoadCaseTable(Table):
     push: Annotated[list[Push], BeforeValidator(_tables)] = Field(default_factory=list)
     move: Annotated[list[Move], BeforeValidator(_tables)] = Field(default_factory=list)
 
-    @model_validator(mode="after")
-    def _builds(self, info: ValidationInfo) -> LoadCaseTable:
-        lattice = lattice_of(info)
-        if lattice is not None:
-            with faults_of_users():
-                self.build(lattice, "train")
-        return self
+    def try_on(self, lattice: SpringLattice) -> object:
+        return self.build(lattice, "train")
 
     def build(self, lattice: SpringLattice, role: Literal["train", "test"]) -> LoadCase:
         shape = (lattice.node_count, lattice.dimension)

@@ -6,12 +6,12 @@ from abc import abstractmethod
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
-from pydantic import Discriminator, Field, ValidationInfo, field_validator, model_validator
+from pydantic import Discriminator, Field, ValidationInfo, field_validator
 
 from springopt.checks import Booleans, Floats, require_nonnegative
 from springopt.errors import SceneError
 from springopt.lattice import SpringLattice
-from springopt.scene.table import Numbers, Table, fault, faults_of_users, lattice_of
+from springopt.scene.table import FittingTable, Numbers, Table, fault, lattice_of
 
 if TYPE_CHECKING:
     from springopt.model import Model
@@ -28,7 +28,7 @@ class NoiseTable(Table):
     seed: Seed = 0
 
 
-class _ReferenceTable(Table):
+class _ReferenceTable(FittingTable):
     noise: NoiseTable | None = None
 
 
@@ -41,18 +41,10 @@ class FemTable(_ReferenceTable):
     plane: Literal["stress", "strain"] = "stress"
     thickness: Positive = 1.0
 
-    @model_validator(mode="after")
-    def _fits_lattice(self, info: ValidationInfo) -> FemTable:
-        lattice = lattice_of(info)
-        if lattice is not None:
-            with faults_of_users():
-                self._on(lattice)
-        return self
-
     def build(self, model: Model) -> Reference:
-        return self._on(model.lattice)
+        return self.try_on(model.lattice)
 
-    def _on(self, lattice: SpringLattice) -> Reference:
+    def try_on(self, lattice: SpringLattice) -> Reference:
         from springopt.reference.fem import FemReference
 
         return FemReference(lattice, **self.model_dump(exclude={"kind", "noise"}))
@@ -61,13 +53,8 @@ class FemTable(_ReferenceTable):
 class _SpringsTable(_ReferenceTable):
     """A mass-spring model, by the stiffness of its springs."""
 
-    @model_validator(mode="after")
-    def _fits_lattice(self, info: ValidationInfo) -> _SpringsTable:
-        lattice = lattice_of(info)
-        if lattice is not None:
-            with faults_of_users():
-                self.spring_stiffness(lattice)
-        return self
+    def try_on(self, lattice: SpringLattice) -> object:
+        return self.spring_stiffness(lattice)
 
     @abstractmethod
     def spring_stiffness(self, lattice: SpringLattice) -> Floats:

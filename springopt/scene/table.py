@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import sys
+from abc import abstractmethod
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, ConfigDict, PlainValidator, ValidationInfo
+from pydantic import BaseModel, ConfigDict, PlainValidator, ValidationInfo, model_validator
 from pydantic_core import PydanticCustomError
 
 from springopt.errors import UserError
@@ -51,3 +52,19 @@ def lattice_of(info: ValidationInfo) -> SpringLattice | None:
     """The lattice of the scene; None while only types are checked, or where the lattice itself has faults."""
     context: dict[str, SpringLattice] = info.context or {}
     return context.get("lattice")
+
+
+class FittingTable(Table):
+    """A table that must fit the lattice of its scene."""
+
+    @model_validator(mode="after")
+    def _fits_lattice(self, info: ValidationInfo) -> Self:
+        lattice = lattice_of(info)
+        if lattice is not None:
+            with faults_of_users():
+                self.try_on(lattice)
+        return self
+
+    @abstractmethod
+    def try_on(self, lattice: SpringLattice) -> object:
+        """Raises UserError where it does not fit."""

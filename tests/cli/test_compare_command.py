@@ -109,8 +109,8 @@ def test_where_nothing_can_be_compared_no_folder_is_left(springopt, tmp_path: Pa
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        (["--scenes", ""], "--scenes is empty"),
-        (["--optimizers", ","], "--optimizers is empty"),
+        (["--scenes", ""], "--scenes names nothing"),
+        (["--optimizers", ","], "--optimizers names nothing"),
         (["--scene", ""], "--scene is empty"),
         (["--scene", SCENES[0], "--scenes", SCENES[1]], "give one of the two"),
     ],
