@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from springopt.checks import Booleans, Floats, booleans, floats, require_finite, require_shape
+from springopt.checks import Booleans, Floats, booleans, floats, require_finite, require_positive, require_shape
 from springopt.errors import UserError
 
 ROLES = ("train", "test")
@@ -24,6 +24,9 @@ class LoadCase:
     #: prescribes nothing, and every number makes its degree of freedom a support.
     prescribed: Floats = None  # type: ignore[assignment]
     role: str = "train"  #: "train" enters the objective, "test" is only reported
+    #: When the motion is looked at [time], ascending from above 0, shape (t,): what is done to the body begins at time
+    #: 0, suddenly, at rest, and lasts. Without times a load case is static.
+    times: Floats | None = None
 
     def __post_init__(self) -> None:
         if self.role not in ROLES:
@@ -39,11 +42,20 @@ class LoadCase:
         object.__setattr__(self, "forces", require_finite(f"{where} forces", forces))
         object.__setattr__(self, "supports", supports)
         object.__setattr__(self, "prescribed", prescribed)
+        if self.times is not None:
+            object.__setattr__(self, "times", _times(f"{where} times", self.times))
 
     @property
     def free(self) -> Booleans:
         """The degrees of freedom that are not held, shape (n, d)."""
         return ~self.supports
+
+
+def _times(name: str, times: Floats) -> Floats:
+    times = require_positive(name, require_shape(name, floats(name, times), ("t",)))
+    if not len(times) or (np.diff(times) <= 0).any():
+        raise UserError(f"{name} must be one or more, ascending, but are {times}.")
+    return times
 
 
 def _supports(name: str, supports: Booleans, shape: tuple[int, ...]) -> Booleans:

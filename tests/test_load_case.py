@@ -83,3 +83,14 @@ def test_a_load_case_keeps_its_own_copy():
 def test_an_impossible_load_case_is_refused_naming_the_entry(changes, sentence):
     with pytest.raises(UserError, match=sentence):
         case(**changes)
+
+
+@pytest.mark.parametrize("times", [[], [0.0, 1.0], [1.0, 1.0], [2.0, 1.0], [[1.0]], [NAN]])
+def test_times_ascend_from_above_zero(times):
+    with pytest.raises(UserError, match="times"):
+        case(times=times)
+
+
+def test_a_load_case_with_times_keeps_them():
+    assert case(times=[0.5, 1.0]).times.tolist() == [0.5, 1.0]
+    assert case().times is None
