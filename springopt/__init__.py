@@ -17,6 +17,7 @@ _HOME = {
     "Model": "springopt.model",
     "Objective": "springopt.objective",
     "Optimizer": "springopt.optimizer",
+    "Parameters": "springopt.parameters",
     "Problem": "springopt.problem",
     "Run": "springopt.run",
     "Scene": "springopt.scene",

@@ -1,7 +1,7 @@
 """The model: a lattice and its effects, solved for given stiffness and load cases."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from numbers import Integral
 
@@ -11,15 +11,17 @@ from numpy.typing import ArrayLike, NDArray
 from springopt.checks import Floats, floats, require_nonnegative, require_positive, require_shape
 from springopt.effects.effect import Effect
 from springopt.errors import UserError, did_you_mean
-from springopt.forward.batch import Equilibria, Group, constant_forces, find, group_by_supports
+from springopt.forward.batch import Equilibria, Group, find, group_by_supports
 from springopt.forward.choose import require_known
 from springopt.forward.followed import BRANCHES, MINIMUM
 from springopt.forward.lane_factors import tangents
 from springopt.forward.plan import springs_of
 from springopt.forward.spring_forces import forces_per_stiffness
 from springopt.forward.status import STATUSES, Status
+from springopt.forward.terms import Terms
 from springopt.lattice import SpringLattice
 from springopt.load_case import LoadCase
+from springopt.parameters import Parameters
 
 TOLERANCE = 1e-8
 
@@ -37,6 +39,8 @@ class Model:
     #: Where there are several equilibria: the "minimum" that is found from rest, or the one "followed" by load steps.
     branch: str = MINIMUM
     threads: int = 1  #: that share the candidates of a batch; the answers are the same to the bit
+    #: Parameters of effects in which candidates differ, as "volume.modulus": columns behind the stiffness.
+    fitted: Sequence[str] = ()
 
     def __post_init__(self) -> None:
         effects = (self.effects,) if isinstance(self.effects, Effect) else tuple(self.effects or ())
@@ -52,22 +56,54 @@ class Model:
         if self.branch not in BRANCHES:
             hint = did_you_mean(self.branch, BRANCHES)
             raise UserError(f"branch must be one of {', '.join(BRANCHES)}, not {self.branch!r}.{hint}")
-        self.constant_forces()  # refuses options that do not fit the lattice, here and not later
+        object.__setattr__(self, "fitted", (self.fitted,) if isinstance(self.fitted, str) else tuple(self.fitted))
+        _require_expansions(self.terms, self.kinematics)  # makes the terms: options that do not fit are refused here
 
-    def solve(self, stiffness: ArrayLike, cases: Sequence[LoadCase], tolerance: float = TOLERANCE) -> "Solution":
-        """The equilibria of one candidate, stiffness [force/length] (s,), where 0 is no spring.
+    @cached_property
+    def terms(self) -> Terms:
+        """What the effects bring to this lattice."""
+        return Terms.of(self.lattice, self.effects, self.fitted)
+
+    def solve(
+        self, stiffness: ArrayLike | Parameters, cases: Sequence[LoadCase], tolerance: float = TOLERANCE
+    ) -> "Solution":
+        """The equilibria of one candidate, stiffness [force/length] (s,), where 0 is no spring, or `Parameters`.
 
         `tolerance` bounds the out-of-balance force in relation to the largest of loads, reactions and prestress.
         A load case that has no equilibrium says so in its status and never raises.
         """
-        candidate = require_shape("stiffness", floats("stiffness", stiffness), (self.lattice.spring_count,))
-        groups = self.groups(cases)
-        return Solution(self._solve(groups, candidate[None], cases, tolerance), candidate, groups)
+        model, candidates = self.candidates(stiffness, axes=1)
+        groups = model.groups(cases)
+        batch = model._solve(groups, candidates, cases, tolerance)
+        return Solution(batch, candidates[0, : self.lattice.spring_count], model.terms.rows(candidates)[0], groups)
 
-    def solve_many(self, stiffness: ArrayLike, cases: Sequence[LoadCase], tolerance: float = TOLERANCE) -> "Batch":
-        """The equilibria of many candidates, stiffness (m, s); each depends on its own row alone."""
-        candidates = require_shape("stiffness", floats("stiffness", stiffness), ("m", self.lattice.spring_count))
-        return self._solve(self.groups(cases), candidates, cases, tolerance)
+    def solve_many(
+        self, stiffness: ArrayLike | Parameters, cases: Sequence[LoadCase], tolerance: float = TOLERANCE
+    ) -> "Batch":
+        """The equilibria of many candidates, stiffness (m, s) or `Parameters`; each depends on its own row alone."""
+        model, candidates = self.candidates(stiffness, axes=2)
+        return model._solve(model.groups(cases), candidates, cases, tolerance)
+
+    def candidates(self, given: ArrayLike | Parameters, axes: int) -> tuple["Model", Floats]:
+        """(the model that fits what is given, its candidates (m, s + f)), `given` with so many axes.
+
+        Without `Parameters` the columns behind the stiffness may be left out; effects then act as they are stated.
+        """
+        if isinstance(given, Parameters):
+            return replace(self, fitted=given.names), self._checked(
+                given.rows(), given.stiffness.ndim, axes, given.names
+            )
+        candidates = floats("stiffness", given)
+        return self, self._checked(np.atleast_2d(candidates), candidates.ndim, axes, self.fitted)
+
+    def _checked(self, candidates: Floats, ndim: int, axes: int, fitted: Sequence[str]) -> Floats:
+        springs = self.lattice.spring_count
+        width = candidates.shape[1] if candidates.ndim == 2 else 0
+        wide = springs + (len(replace(self, fitted=fitted).terms.fitted_columns) if fitted else 0)
+        if ndim != axes or width not in (springs, wide):
+            require_shape("stiffness", candidates if ndim == 2 else candidates[0], ("m", springs)[-axes:])
+        require_nonnegative("stiffness", candidates[:, :springs])
+        return candidates
 
     def find(self, groups: Sequence[Group], candidates: Floats, tolerance: float) -> Equilibria:
         """The equilibria of candidates (m, s) that were checked, on the model's branch."""
@@ -79,11 +115,11 @@ class Model:
         displacements = require_shape("positions", floats("positions", positions), shape) - self.lattice.nodes
         is_linear = self.kinematics == "linear"
         flat = displacements.reshape(len(displacements), -1)
-        return forces_per_stiffness(springs_of(self.lattice), flat, is_linear=is_linear)
+        return forces_per_stiffness(springs_of(self.terms.lattice), flat, is_linear=is_linear)
 
     def constant_forces(self) -> Floats:
         """The sum of what the effects bring as constant nodal forces [force], shape (n, d)."""
-        return constant_forces(self.lattice, self.effects)
+        return self.terms.constant_forces
 
     def groups(self, cases: Sequence[LoadCase]) -> tuple[Group, ...]:
         """The load cases as the forward solve takes them, grouped by their supports."""
@@ -97,14 +133,19 @@ class Model:
                     f"Load case {case.name!r} has forces of shape {case.forces.shape}, "
                     f"but the lattice has nodes of shape {self.lattice.nodes.shape}."
                 )
-        return group_by_supports(self.lattice, cases, self.effects, kinematics=self.kinematics, engine=self.engine)
+        return group_by_supports(self.terms, cases, kinematics=self.kinematics, engine=self.engine)
 
     def _solve(
         self, groups: Sequence[Group], candidates: Floats, cases: Sequence[LoadCase], tolerance: float
     ) -> "Batch":
-        require_nonnegative("stiffness", candidates)
         require_positive("tolerance", float(floats("tolerance", tolerance)))
-        return Batch(self.find(groups, candidates, tolerance), self.lattice, cases, self.effects)
+        return Batch(self.find(groups, candidates, tolerance), self.terms, cases)
+
+
+def _require_expansions(terms: Terms, kinematics: str) -> None:
+    for term in terms.terms:
+        if kinematics == "linear" and not term.effect.has_expansion_at_rest:
+            raise UserError(f"small displacements would leave {term.name} out; choose kinematics = 'nonlinear'.")
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,9 +153,13 @@ class Batch:
     """Equilibria of m candidates under c load cases."""
 
     equilibria: Equilibria
-    lattice: SpringLattice = field(repr=False)
+    terms: Terms = field(repr=False)
     cases: Sequence[LoadCase] = field(repr=False)
-    effects: Sequence[Effect] = field(default=(), repr=False)
+
+    @property
+    def lattice(self) -> SpringLattice:
+        """With the rest lengths that the effects leave it."""
+        return self.terms.lattice
 
     @cached_property
     def displacements(self) -> Floats:
@@ -140,7 +185,7 @@ class Batch:
     @cached_property
     def energy(self) -> Floats:
         """Strain energy less forces . positions, weights included, shape (m, c)."""
-        weight = constant_forces(self.lattice, self.effects)
+        weight = self.terms.constant_forces
         at_rest = [np.vdot(case.forces + weight, self.lattice.nodes) for case in self.cases]
         return self.equilibria.energies - np.array(at_rest)
 
@@ -156,6 +201,7 @@ class Solution:
 
     batch: Batch
     stiffness: Floats = field(repr=False)
+    row: Floats = field(repr=False)  #: the stiffness, and the parameters of all effects, shape (s + p,)
     groups: tuple[Group, ...] = field(repr=False)
 
     @property
@@ -190,14 +236,14 @@ class Solution:
         for group in self.groups:
             for number in group.cases:
                 if self.status[number] == Status.UNDERDETERMINED:
-                    modes[number] = _zero_modes(group, self.stiffness, self.displacements[number].ravel())
+                    modes[number] = _zero_modes(group, self.row, self.displacements[number].ravel())
         return modes
 
 
-def _zero_modes(group: Group, stiffness: Floats, displacements: Floats) -> Floats:
+def _zero_modes(group: Group, row: Floats, displacements: Floats) -> Floats:
     nodes = group.plan.nodes
     free = np.setdiff1d(np.arange(nodes.size), group.plan.supported)
-    tangent = tangents(group.plan, stiffness, displacements[None])[0][np.ix_(free, free)]
+    tangent = tangents(group.plan, row, displacements[None])[0][np.ix_(free, free)]
     values, vectors = np.linalg.eigh(tangent)
     is_zero = np.abs(values) <= 1e-10 * max(np.abs(values).max(initial=0.0), np.finfo(float).tiny)
     modes = np.zeros((np.count_nonzero(is_zero), nodes.size))

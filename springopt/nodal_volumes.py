@@ -23,7 +23,7 @@ def nodal_volumes(nodes: Floats, cells: Integers, cell_type: str) -> Floats:
     shares = (
         _simplex_shares(nodes[cells]) if cell_type in ("triangle", "tetra") else _box_shares(nodes, cells, cell_type)
     )
-    return np.bincount(cells.ravel(), shares.ravel(), minlength=len(nodes))
+    return np.bincount(cells.ravel(), shares.ravel(), minlength=len(nodes)).astype(np.float64)
 
 
 def _simplex_shares(corners: Floats) -> Floats:
@@ -34,7 +34,7 @@ def _simplex_shares(corners: Floats) -> Floats:
 
 def _box_shares(nodes: Floats, cells: Integers, cell_type: str) -> Floats:
     corners = _CORNERS[cell_type]
-    shares = np.zeros(cells.shape)
+    shares: Floats = np.zeros(cells.shape)
     for signs in product((-1, 1), repeat=corners.shape[1]):
         point = 0.5 + GAUSS * np.array(signs)
         factors = np.where(corners == 1, point, 1.0 - point)

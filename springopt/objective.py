@@ -95,14 +95,16 @@ class Objective:
         A candidate without an equilibrium in some training load case costs the cap times one plus the share of zero
         modes at rest among its unknowns, averaged over the load cases: a spring that stiffens it makes it cheaper.
         """
-        candidates = self._candidates(stiffness)
+        candidates = self.model.candidates(stiffness, axes=2)[1]
         equilibria = self.model.find(self._groups, candidates, self.tolerance)
         misfits = self._misfit.value(self._differences(equilibria), self.smallest_rest_length)
         # No matrix product: BLAS rounds by the shape of the batch, and a value depends on its candidate alone.
         values = np.minimum((misfits * self._training_weights).sum(axis=-1), self._cap)
         failed = np.flatnonzero(~has_equilibrium(equilibria.codes).all(axis=1))
         if len(failed):
-            shares = zero_mode_shares(self._groups, candidates[failed], equilibria.codes[failed])
+            shares = zero_mode_shares(
+                self._groups, candidates[failed, : self.model.lattice.spring_count], equilibria.codes[failed]
+            )
             values[failed] = self._cap * (1.0 + shares)
         return Evaluation(values, equilibria.codes.max(axis=1), equilibria.codes.size)
 
@@ -116,8 +118,8 @@ class Objective:
         differences = self._differences(equilibria)[0]
         value = self._total(differences)
         loads = self._misfit.gradient(differences, self.smallest_rest_length) * self._training_weights[:, None, None]
-        derivatives = linearize(self._groups, candidate, equilibria.displacements[0])
-        return value, derivatives.against(loads.reshape(len(loads), -1))
+        derivatives = linearize(self._groups, self._row(candidate), equilibria.displacements[0])
+        return value, derivatives.against(loads.reshape(len(loads), -1))[self._columns(len(candidate))]
 
     def residuals(self, stiffness: ArrayLike) -> Floats:
         """The weighted coordinate differences (r,), whatever the misfit; half their squares' sum is the least squares.
@@ -138,10 +140,11 @@ class Objective:
         """The residuals (r,) and their derivatives (r, s) with respect to the stiffness; raises NoEquilibrium."""
         candidate, equilibria = self._equilibrium(stiffness)
         differences = self._differences(equilibria)[0]
-        derivatives = linearize(self._groups, candidate, equilibria.displacements[0]).jacobian()
+        derivatives = linearize(self._groups, self._row(candidate), equilibria.displacements[0]).jacobian()
         weights = self._root_weights
         derivatives *= weights
-        return (differences * weights).ravel(), derivatives.reshape(-1, len(candidate))
+        by_row = derivatives.reshape(-1, derivatives.shape[-1])
+        return (differences * weights).ravel(), by_row[:, self._columns(len(candidate))]
 
     def linearize(self, stiffness: ArrayLike) -> tuple[Floats, LinearOperator]:
         """The residuals (r,) and their derivative as an operator (r, s), for Jacobians that are too large to store.
@@ -152,14 +155,17 @@ class Objective:
         from scipy.sparse.linalg import LinearOperator
 
         candidate, equilibria = self._equilibrium(stiffness)
-        derivatives, roots = linearize(self._groups, candidate, equilibria.displacements[0]), self._root_weights[:, 0]
+        row, roots = self._row(candidate), self._root_weights[:, 0]
+        derivatives = linearize(self._groups, row, equilibria.displacements[0])
         residuals = (self._differences(equilibria)[0] * self._root_weights).ravel()
 
         def along(change: Floats) -> Floats:
-            return (derivatives.along(change.ravel()) * roots).ravel()
+            whole = np.zeros(len(row))
+            whole[self._columns(len(candidate))] = change.ravel()
+            return (derivatives.along(whole) * roots).ravel()
 
         def against(loads: Floats) -> Floats:
-            return derivatives.against(loads.reshape(len(roots), -1) * roots)
+            return derivatives.against(loads.reshape(len(roots), -1) * roots)[self._columns(len(candidate))]
 
         shape = (residuals.size, len(candidate))
         return residuals, LinearOperator(shape, matvec=along, rmatvec=against, dtype=float)
@@ -241,17 +247,21 @@ class Objective:
         differences = equilibria.displacements - self._training_displacements
         return differences.reshape(*differences.shape[:2], *self.model.lattice.nodes.shape)
 
-    def _candidates(self, stiffness: ArrayLike) -> Floats:
-        candidates = floats("stiffness", stiffness)
-        require_shape("stiffness", candidates, ("m", self.model.lattice.spring_count))
-        return require_nonnegative("stiffness", candidates)
+    def _columns(self, width: int) -> NDArray[np.int64]:
+        """Where the numbers of a candidate (width,) are in its row, see `forward.terms`."""
+        springs = self.model.lattice.spring_count
+        columns = np.arange(springs)
+        return columns if width == springs else np.concatenate([columns, springs + self.model.terms.fitted_columns])
+
+    def _row(self, candidate: Floats) -> Floats:
+        return self.model.terms.rows(candidate[None])[0]
 
     def _equilibrium(self, stiffness: ArrayLike) -> tuple[Floats, Equilibria]:
-        candidate = require_shape("stiffness", floats("stiffness", stiffness), (self.model.lattice.spring_count,))
-        equilibria = self.model.find(self._groups, self._candidates(candidate[None]), self.tolerance)
+        candidates = self.model.candidates(stiffness, axes=1)[1]
+        equilibria = self.model.find(self._groups, candidates, self.tolerance)
         failed = ~has_equilibrium(equilibria.codes[0])
         if failed.any():
             number = int(np.flatnonzero(failed)[0])
             name, status = self.cases[self._training[number]].name, STATUSES[equilibria.codes[0, number]]
             raise NoEquilibrium(f"Load case {name!r} has no equilibrium at this stiffness: {status}.")
-        return candidate, equilibria
+        return candidates[0], equilibria

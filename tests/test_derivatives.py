@@ -13,6 +13,7 @@ import springopt as so
 from springopt.encoding import ENCODINGS
 from springopt.forward.plan import make_plan
 from springopt.forward.state import ENERGY
+from springopt.forward.terms import Terms
 from springopt.forward.workspace import Workspace
 from springopt.misfit import MISFITS
 
@@ -63,9 +64,10 @@ def differences(function, point, direction, step):
 @every_effect
 def test_forces_are_those_of_the_energy_and_tangents_those_of_the_forces(effect, grid):
     lattice = GRIDS[grid]
-    plan = make_plan(lattice, np.zeros(lattice.nodes.shape, dtype=bool), EFFECTS[effect](lattice.dimension))
+    terms = Terms.of(lattice, EFFECTS[effect](lattice.dimension))
+    plan = make_plan(terms, np.zeros(lattice.nodes.shape, dtype=bool))
     work, rng = Workspace.of(plan), np.random.default_rng(2)
-    stiffness = rng.uniform(1.0, 9.0, lattice.spring_count)
+    stiffness = terms.rows(rng.uniform(1.0, 9.0, (1, lattice.spring_count)))[0]
     u, direction = 0.1 * rng.standard_normal((2, lattice.nodes.size))
 
     def energy(displacements):

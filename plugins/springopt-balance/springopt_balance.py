@@ -218,13 +218,12 @@ def _imbalance(balances: list[Floats], numbers: Floats) -> float:
 
 def _require_springs_alone(model: Model) -> None:
     """Refuses effects whose forces depend on more than the stiffness of springs."""
-    for effect in model.effects:
-        if effect.kernel(model.lattice.dimension) is not None:
-            raise NotServed(
-                f"balance knows springs and constant forces, and {type(effect).__name__} adds forces of its own; "
-                "leave it out, or use gauss-newton.",
-                word="effects",
-            )
+    for term, _ in model.terms.potentials:
+        raise NotServed(
+            f"balance knows springs and constant forces, and {term.name} adds forces of its own; "
+            "leave it out, or use gauss-newton.",
+            word="effects",
+        )
 
 
 def _over(numbers: Floats, divisors: Floats) -> Floats:

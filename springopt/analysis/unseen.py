@@ -14,7 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from springopt.checks import Booleans, Floats, Integers
-from springopt.forward.batch import constant_forces
 from springopt.lattice import SpringLattice
 from springopt.load_case import LoadCase
 from springopt.objective import Objective
@@ -62,7 +61,7 @@ def why_unseen(objective: Objective, stiffness: Floats, stretched: Stretched, sp
     model = objective.model
     others = stiffness * np.random.default_rng(0).uniform(0.9, 1.1, size=(OTHERS, len(stiffness)))
     elsewhere = _spans(model.lattice, model.solve_many(others, stretched.cases, TOLERANCE).positions)[1] == 0
-    weights = constant_forces(model.lattice, model.effects)
+    weights = model.constant_forces()
     equilibria = [
         _Equilibrium(
             case=case,

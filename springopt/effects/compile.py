@@ -8,7 +8,8 @@ import hashlib
 import logging
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -21,10 +22,24 @@ _LOG = logging.getLogger("springopt")
 
 def compiled(function: Callable[..., Any]) -> Any:
     """`numba.njit` without the interpreter lock, cached on disk."""
+    with _cached():
+        return numba.njit(error_model="numpy", nogil=True, cache=True)(function)
+
+
+def kernel(function: Callable[..., Any]) -> Any:
+    """A C function of an effect's KERNEL_SIGNATURE, cached on disk."""
+    from springopt.effects.effect import KERNEL_SIGNATURE
+
+    with _cached():
+        return numba.cfunc(KERNEL_SIGNATURE, cache=True, error_model="numpy")(function)
+
+
+@contextmanager
+def _cached() -> Iterator[None]:
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = before or str(cache_folder())
     try:
-        return numba.njit(error_model="numpy", nogil=True, cache=True)(function)
+        yield
     finally:
         numba.config.CACHE_DIR = before
 

@@ -1,67 +1,117 @@
 """The effect contract: one physical contribution beside the springs.
 
-An effect declares what it brings, and the forward solve takes only that: a constant force is added to the load cases
-before anything is solved and costs nothing in the loop; a potential brings a compiled kernel, which the loop calls for
-eight equilibria at once. An effect in a file of its own, found by whoever imports it; engines never ask which it is.
+An effect declares what it brings, and the forward solve takes only that. A constant force is added to the load cases
+before anything is solved, and rest lengths are data: both cost nothing in the loop. A potential brings a compiled
+kernel, which the loop calls for eight equilibria at once; so does a dissipation, in motion only. Masses make motion
+possible. An effect lives in a file of its own, found by whoever imports it; engines never ask which it is.
 
-A kernel is compiled with `numba.cfunc(KERNEL_SIGNATURE)`, so that its address is all the forward solve needs to know:
+A kernel is compiled by `compile.kernel`, so that its address is all the forward solve needs to know:
 
-    (d, n, nodes, parameters, block_of, first, start, displacements, forces, tangent, energy)
+    (d, n, nodes, integers, numbers, stiffness, values, places,
+     displacements, velocities, forces, tangent, energy)
 
-`nodes` (n d), `block_of` (n), `first`, `start` describe the lattice and the tangent's envelope (`forward.plan`); the
-last four are lane blocks (`effects.lanes`): `displacements` (n d, 8) to read, `forces` (n d, 8) the internal forces,
-`tangent` (rows, 8) and `energy` (1, 8) to add to. `tangent_block` finds the rows of the block of two nodes.
+`nodes` (n d), and `integers` and `numbers`, which the effect packed, are the same for all. The others are lane blocks
+(`effects.lanes`): `stiffness` (s, 8) of the springs, `values` (k, 8) of the effect's own parameters, `displacements`
+and `velocities` (n d, 8) to read; `forces` (n d, 8), `tangent` (rows, 8) and `energy` (1, 8) to add to. A potential
+adds its energy, internal forces dE/du and their derivatives by u, and finds no velocities; a dissipation adds the power
+that it takes, its forces against the motion and their derivatives by the velocity. `places` (q) says where in the
+tangent the block of each pair of nodes goes that the effect declared: `blocks.add_to_block` reads it.
 """
 
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
 
 import numpy as np
 from llvmlite import ir
-from numba import njit, types
-from numpy.typing import NDArray
+from numba import types
 
+from springopt.checks import Floats, Integers
 from springopt.effects.lanes import intrinsic
 from springopt.lattice import SpringLattice
 
 _INTEGERS, _FLOATS = types.CPointer(types.int64), types.CPointer(types.float64)
 KERNEL_SIGNATURE = types.void(
-    types.int64, types.int64, _FLOATS, _FLOATS, _INTEGERS, _INTEGERS, _INTEGERS, _FLOATS, _FLOATS, _FLOATS, _FLOATS
+    types.int64,
+    types.int64,
+    _FLOATS,
+    _INTEGERS,
+    _FLOATS,
+    _FLOATS,
+    _FLOATS,
+    _INTEGERS,
+    _FLOATS,
+    _FLOATS,
+    _FLOATS,
+    _FLOATS,
+    _FLOATS,
 )
+#: What an effect is told of the parameters that candidates differ in: none.
+NOT_FITTED: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True, eq=False)
+class Kernel:
+    """A compiled kernel, and what it reads that is the same for all equilibria."""
+
+    function: Any  #: has an `address`: that of a function of KERNEL_SIGNATURE
+    pairs: Integers  #: the nodes (i, j) whose blocks dF_i / du_j it adds to, in the order of its places, shape (q, 2)
+    integers: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    numbers: Floats = field(default_factory=lambda: np.zeros(0))
+    is_compiled: bool = True  #: False where Python is called back, which is slow
 
 
 @dataclass(frozen=True)
 class Effect:
-    """Base of the effects; a subclass is a frozen dataclass of its options and overrides what it brings."""
+    """Base of the effects; a subclass is a frozen dataclass of its options and overrides what it brings.
 
-    def constant_forces(self, lattice: SpringLattice) -> NDArray[np.float64] | None:
+    `fitted` names those of its parameters in which candidates differ. What it brings may depend on them: a constant
+    force whose factor is fitted is a potential.
+    """
+
+    name: ClassVar[str] = ""  #: what a scene calls it
+    #: Whether small displacements may take its expansion at rest; where that would be another physics it is refused.
+    has_expansion_at_rest: ClassVar[bool] = True
+    #: Whether its potential is a law of the springs, in proportion to the stiffness of each.
+    scales_with_stiffness: ClassVar[bool] = False
+    #: Whether its forces are linear in its parameters, but for a constant; else it overrides `force_derivatives`.
+    is_affine: ClassVar[bool] = True
+
+    def parameters(self, lattice: SpringLattice) -> dict[str, Floats]:
+        """What may be fitted, with its value here, shape (k,) each; kernels find all of it in `values`, in this order.
+
+        Raises UserError for options that do not fit the lattice.
+        """
+        return {}
+
+    def constant_forces(self, lattice: SpringLattice, fitted: frozenset[str] = NOT_FITTED) -> Floats | None:
         """Nodal forces [force] that depend on nothing, shape (n, d), or None."""
         return None
 
-    def kernel(self, dimension: int) -> Any:
-        """The compiled kernel (a `numba.cfunc` of KERNEL_SIGNATURE) of a nonlinear potential, or None."""
+    def rest_lengths(self, lattice: SpringLattice, fitted: frozenset[str] = NOT_FITTED) -> Floats | None:
+        """Rest lengths [length] in place of the lattice's, shape (s,), or None."""
         return None
 
-    def couplings(self, lattice: SpringLattice) -> NDArray[np.int64]:
-        """The pairs of different nodes whose blocks the kernel adds to, shape (p, 2)."""
-        return np.zeros((0, 2), dtype=np.int64)
+    def potential(self, lattice: SpringLattice, fitted: frozenset[str] = NOT_FITTED) -> Kernel | None:
+        """The kernel of a potential, or None."""
+        return None
 
-    def parameters(self, lattice: SpringLattice) -> NDArray[np.float64]:
-        """What the kernel finds in `parameters`."""
-        return np.zeros(0)
+    def force_derivatives(
+        self, lattice: SpringLattice, displacements: Floats, *, stiffness: Floats, values: Floats
+    ) -> Floats:
+        """The derivatives of the potential's internal forces by its parameters (k,), shape (k, n d).
 
+        Asked only where `is_affine` is False; else calls of the kernel tell them.
+        """
+        raise AttributeError(f"{type(self).__name__} is not affine in its parameters, but gives no derivatives by them")
 
-@njit(error_model="numpy")
-def tangent_block(block_of: Any, first: Any, start: Any, d: int, i: int, j: int) -> int:
-    """The first of the d * d rows of the block that couples nodes i and j; -1 where the tangent has none.
+    def dissipation(self, lattice: SpringLattice) -> Kernel | None:
+        """The kernel of a dissipation, or None."""
+        return None
 
-    Row by row for the later of the two nodes in the elimination order (`block_of` ascending), column by column for the
-    other.
-    """
-    row, column = max(block_of[i], block_of[j]), min(block_of[i], block_of[j])
-    if column < 0:
-        return -1
-    return (start[row] + column - first[row]) * d * d
+    def masses(self, lattice: SpringLattice, values: Mapping[str, Floats]) -> Floats | None:
+        """Mass of each node, shape (..., n), for parameters of shape (..., k) each, linear in them; or None."""
+        return None
 
 
 @intrinsic

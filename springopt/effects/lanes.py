@@ -129,9 +129,23 @@ def _select_greater(builder: Any, a: Any, b: Any, yes: Any, no: Any) -> Any:
 
 sqrt = _elementwise(1, lambda builder, a: _call(builder, "sqrt", a))
 absolute = _elementwise(1, lambda builder, a: _call(builder, "fabs", a))
+exp = _elementwise(1, lambda builder, a: _call(builder, "exp", a))
 maximum = _elementwise(2, lambda builder, a, b: _select_greater(builder, a, b, a, b))
 fma = _elementwise(3, _fused_multiply_add)
 where_greater = _elementwise(4, _select_greater)  # where a > b: yes, else no
+
+
+@intrinsic
+def largest(typing: Any, block: Any) -> Any:
+    """The largest number of a lane block, as a float: whether anything is to be done in any lane."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        function = ir.FunctionType(ir.DoubleType(), [_VECTOR])
+        name = f"llvm.vector.reduce.fmax.v{LANE_COUNT}f64"
+        return builder.call(cgutils.get_or_insert_function(builder.module, function, name), arguments)
+
+    return types.float64(lanes), generate
+
 
 _ARITHMETIC = {
     operator.add: _elementwise(2, lambda builder, a, b: builder.fadd(a, b)),

@@ -7,7 +7,6 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from springopt.effects.effect import Effect
 from springopt.effects.lanes import LANE_COUNT
 from springopt.forward.choose import Choice, choose, make_engine
 from springopt.forward.counter import make_counter
@@ -17,8 +16,8 @@ from springopt.forward.followed import MINIMUM, follow
 from springopt.forward.plan import Plan, make_plan
 from springopt.forward.state import Answers, Jobs
 from springopt.forward.status import MECHANISM
+from springopt.forward.terms import Terms
 from springopt.forward.threads import run_all
-from springopt.lattice import SpringLattice
 from springopt.load_case import LoadCase
 
 
@@ -26,6 +25,7 @@ from springopt.load_case import LoadCase
 class Group:
     """Load cases with the same supports: one plan, one engine."""
 
+    terms: Terms
     plan: Plan
     choice: Choice  #: which engine, and why
     engine: Engine
@@ -47,9 +47,8 @@ class Equilibria:
 
 
 def group_by_supports(
-    lattice: SpringLattice,
+    terms: Terms,
     cases: Sequence[LoadCase],
-    effects: Sequence[Effect] = (),
     *,
     kinematics: str = "nonlinear",
     engine: str | None = None,
@@ -59,26 +58,26 @@ def group_by_supports(
     for number, case in enumerate(cases):
         members.setdefault(case.supports.tobytes(), []).append(number)
     return tuple(
-        _group(lattice, [(number, cases[number]) for number in numbers], effects, kinematics, engine)
+        _group(terms, [(number, cases[number]) for number in numbers], kinematics, engine)
         for numbers in members.values()
     )
 
 
 def _group(
-    lattice: SpringLattice,
+    terms: Terms,
     numbered: Sequence[tuple[int, LoadCase]],
-    effects: Sequence[Effect],
     kinematics: str,
     engine: str | None,
 ) -> Group:
     supports = numbered[0][1].supports
-    plan = make_plan(lattice, supports, effects)
+    plan = make_plan(terms, supports)
     choice = choose(plan, kinematics, engine)
-    whole = make_plan(lattice, np.zeros_like(supports), effects) if kinematics == "linear" else None
-    constant = constant_forces(lattice, effects)
+    whole = make_plan(terms, np.zeros_like(supports)) if kinematics == "linear" else None
+    constant = terms.constant_forces
     forces = np.array([(case.forces + constant).ravel() for _, case in numbered])
     prescribed = np.array([case.prescribed.ravel() for _, case in numbered])
     return Group(
+        terms=terms,
         plan=plan,
         choice=choice,
         engine=make_engine(choice, plan, whole),
@@ -89,34 +88,25 @@ def _group(
     )
 
 
-def constant_forces(lattice: SpringLattice, effects: Sequence[Effect]) -> NDArray[np.float64]:
-    """The sum of what the effects bring as constant nodal forces, shape (n, d)."""
-    total = np.zeros(lattice.nodes.shape)
-    for effect in effects:
-        forces = effect.constant_forces(lattice)
-        if forces is not None:
-            total += forces
-    return total
-
-
 def find(
     groups: Sequence[Group],
-    stiffness: NDArray[np.float64],
+    candidates: NDArray[np.float64],
     *,
     tolerance: float,
     branch: str = MINIMUM,
     threads: int = 1,
 ) -> Equilibria:
-    """The equilibria of all candidates (m, s) under the load cases of all groups, on one of `followed.BRANCHES`.
+    """The equilibria of all candidates, (m, s) or with parameters (m, s + f), on one of `followed.BRANCHES`.
 
     Threads share the work equilibrium by equilibrium (in large systems candidate by candidate); the answers are the
     same to the bit whatever their number.
     """
-    candidate_count = len(stiffness)
+    candidate_count = len(candidates)
+    rows = groups[0].terms.rows(candidates) if groups else candidates
     case_count = sum(len(group.cases) for group in groups)
     unknown_count = groups[0].plan.nodes.size if groups else 0
     equilibria = _make_equilibria((candidate_count, case_count), unknown_count)
-    jobs_of = [_balanced_jobs(group, stiffness, tolerance, equilibria) for group in groups]
+    jobs_of = [_balanced_jobs(group, rows, tolerance, equilibria) for group in groups]
     for group, jobs, answers in zip(groups, jobs_of, _search(groups, jobs_of, tolerance, branch, threads), strict=True):
         at = (jobs.candidate, group.cases[jobs.case])
         equilibria.displacements[at] = answers.displacements
@@ -137,15 +127,15 @@ def _make_equilibria(shape: tuple[int, int], unknown_count: int) -> Equilibria:
     )
 
 
-def _balanced_jobs(group: Group, stiffness: NDArray[np.float64], tolerance: float, equilibria: Equilibria) -> Jobs:
+def _balanced_jobs(group: Group, rows: NDArray[np.float64], tolerance: float, equilibria: Equilibria) -> Jobs:
     """The jobs of a group; where loads push a floating part away there is none, and the answer is written at once."""
     plan = group.plan
     is_supported = np.zeros(plan.nodes.size, dtype=np.bool_)
     is_supported[plan.supported] = True
-    if len(plan.kernels):  # an effect may hold what no support holds
-        net = np.zeros((len(stiffness), len(group.cases)))
+    if len(plan.potentials.addresses):  # an effect may hold what no support holds
+        net = np.zeros((len(rows), len(group.cases)))
     else:
-        net = net_forces_on_floating_parts(plan.ends, stiffness, is_supported, group.forces, plan.dimension)
+        net = net_forces_on_floating_parts(plan.ends, rows, is_supported, group.forces, plan.dimension)
     is_mechanism = net > tolerance * np.abs(group.forces).max(axis=1, initial=0.0)
     pushed, cases = np.nonzero(is_mechanism)
     at = (pushed, group.cases[cases])
@@ -154,7 +144,7 @@ def _balanced_jobs(group: Group, stiffness: NDArray[np.float64], tolerance: floa
     equilibria.residuals[at] = net[pushed, cases]
     # Contiguous, or each layout would have the kernels compiled once more.
     candidates, cases = map(np.ascontiguousarray, np.nonzero(~is_mechanism))
-    return Jobs(candidates, cases, stiffness, group.forces, group.prescribed[cases], make_counter())
+    return Jobs(candidates, cases, rows, group.forces, group.prescribed[cases], make_counter())
 
 
 def _search(

@@ -1,4 +1,5 @@
-"""How the equilibria of one candidate move with its stiffness k, by the factors of their tangents K.
+"""How the equilibria of one candidate move with its row k of stiffness and parameters, by the factors of their
+tangents K.
 
 With F the internal forces, K du = -(dF/dk) dk. So a derivative along dk takes one solve; the gradient of a function of
 the positions, with g its derivatives by u, is -(dF/dk)^T lambda with K lambda = g, one solve as well (the adjoint
@@ -12,9 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from springopt.effects.lanes import LANE_COUNT
+from springopt.effects.probe import force_derivatives, pulls_of_law
 from springopt.forward.batch import Group
 from springopt.forward.engine import Factors
 from springopt.forward.spring_forces import forces_at_nodes, forces_per_stiffness, work_per_stiffness
+from springopt.forward.terms import Terms
 
 Floats = NDArray[np.float64]
 
@@ -28,22 +31,24 @@ class Linearization:
     groups: Sequence[Group]
     factors: Sequence[Factors]  #: of each group
     pulls: Floats  #: of the springs per stiffness, shape (c, s, d)
+    by_parameters: Floats  #: derivatives of the internal forces by the columns behind the stiffness, shape (c, p, n d)
 
     def along(self, change: Floats) -> Floats:
-        """The derivative of the displacements along a change (s,) of the stiffness, shape (c, n d)."""
+        """The derivative of the displacements along a change (s + p,) of the row, shape (c, n d)."""
         plan = self.groups[0].plan
-        loads = forces_at_nodes(plan.ends, self.pulls, change, len(plan.nodes))
+        springs, values = np.split(change, [len(plan.ends)])
+        loads = forces_at_nodes(plan.ends, self.pulls, springs, len(plan.nodes)) - values @ self.by_parameters
         return self._solve(loads[:, None])[:, 0]
 
     def against(self, loads: Floats) -> Floats:
-        """The derivative (s,) of a function of all displacements by the stiffness; `loads` (c, n d), that by them."""
+        """The derivative (s + p,) of a function of all displacements by the row; `loads` (c, n d), that by them."""
         return self._against(self._solve(loads[:, None])).sum(axis=(0, 1))
 
     def jacobian(self) -> Floats:
-        """The derivatives of the displacements by the stiffness, shape (c, n d, s)."""
-        count, spring_count = self.pulls.shape[:2]
+        """The derivatives of the displacements by the row, shape (c, n d, s + p)."""
+        count, columns = len(self.pulls), self.pulls.shape[1] + self.by_parameters.shape[1]
         size = self.groups[0].plan.nodes.size
-        answers = np.zeros((count, size, spring_count))
+        answers = np.zeros((count, size, columns))
         times_held = np.bincount(np.concatenate([group.plan.supported for group in self.groups]), minlength=size)
         free = np.flatnonzero(times_held < len(self.groups))
         few = max(LANE_COUNT, ROWS_AT_ONCE // (count * size))
@@ -63,12 +68,54 @@ class Linearization:
         return answers
 
     def _against(self, adjoints: Floats) -> Floats:
-        return work_per_stiffness(self.groups[0].plan.ends, self.pulls, adjoints)
+        springs = work_per_stiffness(self.groups[0].plan.ends, self.pulls, adjoints)
+        if not self.by_parameters.shape[1]:
+            return springs
+        return np.concatenate([springs, -adjoints @ self.by_parameters.transpose(0, 2, 1)], axis=2)
 
 
-def linearize(groups: Sequence[Group], stiffness: Floats, displacements: Floats) -> Linearization:
-    """At the equilibria (c, n d) of one candidate (s,) under the load cases of all groups."""
+def linearize(groups: Sequence[Group], row: Floats, displacements: Floats) -> Linearization:
+    """At the equilibria (c, n d) of one candidate's row (s + p,) under the load cases of all groups."""
     is_linear = groups[0].choice.engine == "linear"
-    pulls = forces_per_stiffness(groups[0].plan, displacements, is_linear=is_linear)
-    factors = [group.engine.factorize(stiffness, displacements[group.cases]) for group in groups]
-    return Linearization(groups, factors, pulls)
+    terms, springs = groups[0].terms, groups[0].plan
+    stiffness, values = np.split(row, [len(springs.ends)])
+    pulls = forces_per_stiffness(springs, displacements, is_linear=is_linear)
+    pulls += _pulls_of_laws(terms, values, displacements, is_linear=is_linear)
+    by_parameters = _by_parameters(terms, stiffness, values, displacements, is_linear=is_linear)
+    factors = [group.engine.factorize(row, displacements[group.cases]) for group in groups]
+    return Linearization(groups, factors, pulls, by_parameters)
+
+
+def _pulls_of_laws(terms: Terms, values: Floats, displacements: Floats, *, is_linear: bool) -> Floats | float:
+    """What effects that are laws of the springs add to their pulls."""
+    return sum(
+        pulls_of_law(
+            term.effect,
+            terms.lattice,
+            displacements,
+            values=values[term.columns],
+            fitted=terms.fitted_of(term),
+            is_linear=is_linear,
+        )
+        for term, _ in terms.potentials
+        if term.effect.scales_with_stiffness
+    )
+
+
+def _by_parameters(
+    terms: Terms, stiffness: Floats, values: Floats, displacements: Floats, *, is_linear: bool
+) -> Floats:
+    """Derivatives of the internal forces by all columns behind the stiffness, shape (c, p, n d)."""
+    derivatives = np.zeros((len(displacements), len(values), displacements.shape[1]))
+    for term, kernel in terms.potentials:
+        for case, u in enumerate(displacements):
+            derivatives[case, term.columns] = force_derivatives(
+                term.effect,
+                kernel,
+                terms.lattice,
+                u,
+                stiffness=stiffness,
+                values=values[term.columns],
+                is_linear=is_linear,
+            )
+    return derivatives

@@ -31,5 +31,5 @@ class Engine(Protocol):
         Threads that call it at the same time with the same jobs and answers share the work.
         """
 
-    def factorize(self, stiffness: Floats, displacements: Floats) -> Factors:
-        """The tangents of one candidate (s,) at its equilibria (g, n d), one for each load case."""
+    def factorize(self, candidate: Floats, displacements: Floats) -> Factors:
+        """The tangents of one candidate (s + p,) at its equilibria (g, n d), one for each load case."""

@@ -5,9 +5,9 @@ from typing import Any
 from numba import njit
 
 from springopt.effects.effect import call_kernel
-from springopt.effects.lanes import absolute, fma, load, maximum, splat, store
+from springopt.effects.lanes import absolute, fma, load, maximum, splat, store, where_greater
 from springopt.effects.springs import add_springs
-from springopt.forward.state import ENERGY, FORCE_SCALE, MAGNITUDE, RESIDUAL
+from springopt.forward.state import CONTRAST, ENERGY, FORCE_SCALE, MAGNITUDE, RESIDUAL
 
 
 @njit(error_model="numpy")
@@ -20,19 +20,48 @@ def evaluate(plan: Any, state: Any) -> None:
         store(internal, row, zero)
     store(lane, ENERGY, zero)
     add_springs(plan, state.stiffness, state.trial, internal, state.tangent, lane, state.delta)
-    for number in range(len(plan.kernels)):
-        parameters = plan.kernel_parameters[plan.kernel_begins[number] :]
-        body = (plan.nodes, parameters, plan.block_of, plan.first, plan.start)
-        blocks = (state.trial, internal, state.tangent, lane)
-        call_kernel(plan.kernels[number], d, len(plan.nodes), body + blocks)
-
-    sum_up(plan, state)
+    springs = load(lane, ENERGY)
+    if len(plan.potentials.addresses):
+        places, blocks = plan.potentials.places, (state.trial, state.trial, internal, state.tangent, lane)
+        call_all(d, plan.nodes, plan.potentials, places, state.stiffness, state.values, blocks)
+        _raise_scale(plan, state)
+    sum_up(plan, state, springs)
     _pin(plan, state)
 
 
 @njit(error_model="numpy")
-def sum_up(plan: Any, state: Any) -> None:
-    """Energy less work, out-of-balance forces and force scale, from strain energy and internal forces."""
+def call_all(d: int, nodes: Any, calls: Any, places: Any, stiffness: Any, values: Any, blocks: Any) -> None:
+    """Call the kernels of all effects; `blocks` are displacements, velocities, forces, tangent and energy."""
+    for number in range(len(calls.addresses)):
+        integers, numbers, value, place = calls.begins[number]
+        body = (nodes, calls.integers[integers:], calls.numbers[numbers:])
+        lanes = (stiffness, values[value:], places[place:])
+        call_kernel(calls.addresses[number], d, len(nodes), body + lanes + blocks)
+
+
+@njit(error_model="numpy")
+def _raise_scale(plan: Any, state: Any) -> None:
+    """Effects may be stiffer than springs: what pivots are judged by is at least what stands on the diagonal."""
+    d, scale = plan.dimension, state.scale
+    softest, hardest = load(scale, 0) if len(scale) else splat(1.0), splat(0.0)
+    for block in range(len(plan.first)):
+        diagonal = (plan.start[block] + block - plan.first[block]) * d * d
+        for a in range(d):
+            at = block * d + a
+            # In this order a diagonal that is nan, at a trial state beyond all bounds, counts for nothing.
+            raised = maximum(absolute(load(state.tangent, diagonal + a * d + a)), load(state.meeting, at))
+            store(scale, at, raised)
+            softest = where_greater(softest, raised, raised, softest)
+            hardest = maximum(hardest, raised)
+    store(state.scalars, CONTRAST, hardest / softest)
+
+
+@njit(error_model="numpy")
+def sum_up(plan: Any, state: Any, springs: Any) -> None:
+    """Energy less work, out-of-balance forces and force scale, from strain energy and internal forces.
+
+    `springs` is the energy of the springs alone, which that of effects may cancel, but not its rounding.
+    """
     d, lane, unknowns, internal, forces = plan.dimension, state.scalars, state.unknowns, state.internal, state.forces
     work, force_scale, largest = splat(0.0), splat(0.0), splat(0.0)
     for row in range(len(forces)):
@@ -52,7 +81,7 @@ def sum_up(plan: Any, state: Any) -> None:
     for at in range(len(unknowns)):
         largest = maximum(largest, absolute(load(unknowns, at)))
     strain = load(lane, ENERGY)
-    store(lane, MAGNITUDE, strain + absolute(work))
+    store(lane, MAGNITUDE, springs + absolute(strain - springs) + absolute(work))
     store(lane, ENERGY, strain - work)
     store(lane, FORCE_SCALE, force_scale)
     store(lane, RESIDUAL, largest)

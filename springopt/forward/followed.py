@@ -88,7 +88,7 @@ def imperfection(plan: Plan, forces: Floats) -> Floats:
 
 def _part(jobs: Jobs, active: NDArray[np.int64], forces: Floats, start: Floats) -> Jobs:
     """Some of the jobs, each under forces of its own."""
-    return Jobs(jobs.candidate[active], np.arange(len(active)), jobs.stiffness, forces, start, make_counter())
+    return Jobs(jobs.candidate[active], np.arange(len(active)), jobs.candidates, forces, start, make_counter())
 
 
 def _expected(plan: Plan, ways: Ways, active: NDArray[np.int64], load: Floats, full_start: Floats) -> Floats:

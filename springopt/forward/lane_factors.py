@@ -28,11 +28,11 @@ class LaneFactors:
     eights: Sequence[Lanes]
 
     @classmethod
-    def of(cls, plan: Plan, stiffness: Floats, displacements: Floats) -> "LaneFactors":
-        """Factorized at `displacements` (g, n d) for the stiffness (s,)."""
-        factors = cls(plan, [make_lanes(plan, len(stiffness)) for _ in range(0, len(displacements), LANE_COUNT)])
+    def of(cls, plan: Plan, candidate: Floats, displacements: Floats) -> "LaneFactors":
+        """Factorized at `displacements` (g, n d) for one candidate (s + p,)."""
+        factors = cls(plan, [make_lanes(plan) for _ in range(0, len(displacements), LANE_COUNT)])
         for number, state in enumerate(factors.eights):
-            _factorize(plan, state, stiffness, displacements[number * LANE_COUNT :])
+            _factorize(plan, state, candidate, displacements[number * LANE_COUNT :])
         return factors
 
     def solve(self, loads: Floats) -> Floats:
@@ -44,14 +44,15 @@ class LaneFactors:
         return answers
 
 
-def tangents(plan: Plan, stiffness: NDArray[np.float64], displacements: NDArray[np.float64]) -> NDArray[np.float64]:
+def tangents(plan: Plan, candidate: Floats, displacements: Floats) -> Floats:
     """The tangent stiffness of each load case, shape (g, n d, n d); zero in the supports' rows."""
     d, size = plan.dimension, plan.nodes.size
-    state = make_lanes(plan, len(stiffness))
+    state = make_lanes(plan)
     answers = np.zeros((len(displacements), size, size))
     node_of = np.argsort(np.where(plan.block_of < 0, plan.block_of.size, plan.block_of), kind="stable")
     for case, u in enumerate(displacements):
-        state.stiffness[:], state.trial[:] = stiffness[:, None], u[:, None]
+        state.stiffness[:], state.values[:] = (part[:, None] for part in np.split(candidate, [len(plan.ends)]))
+        state.trial[:] = u[:, None]
         evaluate(plan, state)
         blocks = state.tangent[:, 0].reshape(-1, d, d)
         for row in range(len(plan.first)):
@@ -66,22 +67,26 @@ def tangents(plan: Plan, stiffness: NDArray[np.float64], displacements: NDArray[
 
 
 @compiled
-def _factorize(plan: Any, state: Any, stiffness: Any, displacements: Any) -> None:
+def _factorize(plan: Any, state: Any, candidate: Any, displacements: Any) -> None:
     """Factorize the tangents of the first eight load cases; spare lanes repeat the last one."""
     d = plan.dimension
     for v in range(LANE_COUNT):
         case = min(v, len(displacements) - 1)
         state.trial[:, v] = displacements[case]
-        state.stiffness[:, v] = stiffness
+        for spring in range(len(plan.ends)):
+            state.stiffness[spring, v] = candidate[spring]
+        for number in range(plan.value_count):
+            state.values[number, v] = candidate[len(plan.ends) + number]
     state.scale[:] = 0.0
     for spring in range(len(plan.ends)):
         for end in range(2):
             block = plan.block_of[plan.ends[spring, end]]
             if block >= 0:
-                state.scale[block * d : block * d + d] += stiffness[spring]
+                state.scale[block * d : block * d + d] += candidate[spring]
     for at in range(len(state.scale)):
         if state.scale[at, 0] == 0.0:
             state.scale[at] = 1.0
+        state.meeting[at] = state.scale[at]
     evaluate(plan, state)
     factorize(plan, state.tangent, state.inverse, state.scaled, state.scale, splat(RIGID), state.inertia)
 

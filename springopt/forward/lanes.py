@@ -24,9 +24,9 @@ class LanesEngine:
     def find(self, jobs: Jobs, answers: Answers, tolerance: float) -> None:
         """See `Engine`."""
         announce_compilation(find_equilibria)
-        lanes = make_lanes(self.plan, len(self.plan.ends))
+        lanes = make_lanes(self.plan)
         find_equilibria(self.plan, jobs, lanes, answers, tolerance, ITERATION_LIMIT)
 
-    def factorize(self, stiffness: Floats, displacements: Floats) -> LaneFactors:
+    def factorize(self, candidate: Floats, displacements: Floats) -> LaneFactors:
         """See `Engine`."""
-        return LaneFactors.of(self.plan, stiffness, displacements)
+        return LaneFactors.of(self.plan, candidate, displacements)

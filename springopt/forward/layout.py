@@ -19,7 +19,7 @@ class Layout:
     """Positions in a matrix's array of entries, -1 for what isn't stored."""
 
     springs: Integers  #: of the blocks (i, i), (j, j), (i, j) of each spring, shape (s, 3, d, d)
-    coupled: Integers  #: of the rows of the envelope that nonlinear effects write, shape (rows,)
+    coupled: Integers  #: of the entries of the blocks that kernels add to, shape (rows,)
     pinned: Integers  #: of the diagonal entries of pinned unknowns
 
 
@@ -53,12 +53,8 @@ def lay_out(plan: Plan, position: Callable[[Integers, Integers], Integers]) -> L
 
 
 def coupled_unknowns(plan: Plan) -> tuple[Integers, Integers]:
-    """(row, column) of each entry of the envelope that nonlinear effects write; nothing where there are none."""
-    if not len(plan.kernels):
-        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
+    """(row, column) of each entry of the blocks that kernels add to."""
     d = plan.dimension
-    widths = np.arange(len(plan.coupled_first)) - plan.coupled_first + 1
-    rows = np.repeat(np.arange(len(widths)), widths)
-    columns = np.arange(len(rows)) - np.repeat(plan.coupled_start - plan.coupled_first, widths)
+    rows, columns = plan.coupled.T
     a, b = np.divmod(np.arange(d * d), d)
     return (rows[:, None] * d + a).ravel(), (columns[:, None] * d + b).ravel()

@@ -40,15 +40,15 @@ class LinearEngine:
         announce_compilation(evaluate_forces)
         system = _System.of(self)
         for all_cases in candidates_of(jobs):
-            system.factorize(jobs.stiffness[jobs.candidate[all_cases.start]])
+            system.factorize(jobs.candidates[jobs.candidate[all_cases.start]])
             for few in _eights(all_cases.start, all_cases.stop):
                 forces, prescribed = jobs.forces[jobs.case[few]], jobs.start[few]
                 system.answer(forces, prescribed, answers.part(few), tolerance)
 
-    def factorize(self, stiffness: Floats, displacements: Floats) -> "EqualFactors":
+    def factorize(self, candidate: Floats, displacements: Floats) -> "EqualFactors":
         """See `Engine`; one factor serves all load cases."""
         system = _System.of(self)
-        system.factorize(stiffness)
+        system.factorize(candidate)
         return EqualFactors(system)
 
 
@@ -83,13 +83,13 @@ class _System:
     def of(cls, engine: LinearEngine) -> "_System":
         return cls(Search.of(engine.plan, engine.solver), Workspace.of(engine.whole))
 
-    def factorize(self, stiffness: Floats) -> None:
+    def factorize(self, candidate: Floats) -> None:
         """The factor at rest, and the forces there."""
         rest = np.zeros((1, self.whole.plan.nodes.size))
-        self.whole.evaluate(stiffness, rest)
+        self.whole.evaluate(candidate, rest)
         if not self.search.solver.is_direct:
-            self.search.factorize_rest(stiffness)
-        self.search.work.evaluate(stiffness, rest)
+            self.search.factorize_rest(candidate)
+        self.search.work.evaluate(candidate, rest)
         self.search.factorize(0, RIGID)
         self.null = self._null_modes() if self.search.solver.is_direct else None
 

@@ -12,8 +12,20 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from springopt.effects.effect import Effect
+from springopt.effects.effect import Kernel
+from springopt.forward.terms import Term, Terms
 from springopt.lattice import SpringLattice
+
+
+class Calls(NamedTuple):
+    """The kernels that the loop calls, and what each of them reads, one behind the other."""
+
+    addresses: NDArray[np.int64]  # (e,)
+    begins: NDArray[np.int64]  # (e, 4), where the integers, numbers, values and places of each begin
+    integers: NDArray[np.int64]
+    numbers: NDArray[np.float64]
+    places: NDArray[np.int64]  # of blocks in the envelope, see `effects.effect`
+    coupled_places: NDArray[np.int64]  # of the same blocks in the list `Plan.coupled`
 
 
 class Plan(NamedTuple):
@@ -35,11 +47,10 @@ class Plan(NamedTuple):
     pinned_rows: NDArray[np.int64]  # rows of the tangent to clear for them
     supported: NDArray[np.int64]  # supported degrees of freedom, as node * d + axis
     step_limit: float  # how far a node moves in a first step: a typical spring's length
-    kernels: NDArray[np.int64]  # (e,), addresses of the kernels of nonlinear effects
-    kernel_parameters: NDArray[np.float64]  # those of all kernels, one after the other
-    kernel_begins: NDArray[np.int64]  # (e,), where those of each kernel begin
-    coupled_first: NDArray[np.int64]  # (B,), first block of each block row of what the kernels alone couple
-    coupled_start: NDArray[np.int64]  # (B,), position of that block in the envelope of those
+    value_count: int  # columns of a candidate behind the stiffness
+    potentials: Calls
+    dissipations: Calls
+    coupled: NDArray[np.int64]  # (q, 2), the blocks (row, column) that kernels add to, row >= column
 
 
 class Springs(NamedTuple):
@@ -61,20 +72,22 @@ def springs_of(lattice: SpringLattice) -> Springs:
     return Springs(ends, rest_vectors, lengths, natural_lengths, _prestrains(lengths, natural_lengths))
 
 
-def make_plan(lattice: SpringLattice, supports: NDArray[np.bool_], effects: Sequence[Effect] = ()) -> Plan:
+def make_plan(terms: Terms, supports: NDArray[np.bool_]) -> Plan:
     """The plan for supports (n, d)."""
+    lattice = terms.lattice
     d, springs = lattice.dimension, springs_of(lattice)
     ends = springs.ends
-    active = [effect for effect in effects if effect.kernel(d) is not None]
-    coupled = np.concatenate([np.zeros((0, 2), np.int64), *(effect.couplings(lattice) for effect in active)])
-    couplings = np.concatenate([ends, coupled])
-    block_of, first = _slimmest_order(lattice, couplings, np.count_nonzero(supports, axis=1) < d)
-    coupled_first = _first_neighbours(coupled, block_of, len(first))
-    coupled_widths = np.arange(len(first)) - coupled_first + 1
+    kernels = terms.potentials + terms.dissipations
+    pairs = np.concatenate([ends, *(kernel.pairs for _, kernel in kernels)])
+    block_of, first = _slimmest_order(lattice, pairs, np.count_nonzero(supports, axis=1) < d)
     widths = np.arange(len(first)) - first + 1
     start = np.cumsum(widths) - widths
-    parameters = [effect.parameters(lattice) for effect in active]
+    coupled = _coupled_blocks(pairs[len(ends) :], block_of)
     pinned, pinned_rows = _pinned(supports, block_of, first, start)
+
+    def calls(these: Sequence[tuple[Term, Kernel]]) -> Calls:
+        return _make_calls(these, block_of, (first, start), coupled, d)
+
     return Plan(
         dimension=d,
         nodes=np.ascontiguousarray(lattice.nodes, dtype=np.float64),
@@ -88,11 +101,53 @@ def make_plan(lattice: SpringLattice, supports: NDArray[np.bool_], effects: Sequ
         pinned_rows=pinned_rows,
         supported=np.flatnonzero(supports.ravel()),
         step_limit=_typical_length(springs.lengths, lattice.rest_lengths),
-        kernels=np.array([effect.kernel(d).address for effect in active], dtype=np.int64),
-        kernel_parameters=np.concatenate([np.zeros(0), *parameters]),
-        kernel_begins=np.cumsum([0, *map(len, parameters)])[:-1],
-        coupled_first=coupled_first,
-        coupled_start=np.cumsum(coupled_widths) - coupled_widths,
+        value_count=len(terms.defaults),
+        potentials=calls(terms.potentials),
+        dissipations=calls(terms.dissipations),
+        coupled=coupled,
+    )
+
+
+def without_effects(plan: Plan) -> Plan:
+    """The same springs alone."""
+    nothing = plan.potentials._replace(addresses=plan.potentials.addresses[:0])
+    return plan._replace(potentials=nothing, dissipations=nothing)
+
+
+def _coupled_blocks(pairs: NDArray[np.int64], block_of: NDArray[np.int64]) -> NDArray[np.int64]:
+    blocks = block_of[pairs]
+    blocks = blocks[(blocks >= 0).all(axis=1)]
+    ordered = np.stack([blocks.max(axis=1, initial=-1), blocks.min(axis=1, initial=len(block_of))], axis=1)
+    return np.unique(ordered, axis=0)
+
+
+def _make_calls(
+    terms: Sequence[tuple[Term, Kernel]],
+    block_of: NDArray[np.int64],
+    envelope: tuple[NDArray[np.int64], NDArray[np.int64]],
+    coupled: NDArray[np.int64],
+    d: int,
+) -> Calls:
+    pairs = np.concatenate([np.zeros((0, 2), dtype=np.int64), *(kernel.pairs for _, kernel in terms)])
+    i, j = block_of[pairs].T
+    row, column = np.maximum(i, j), np.minimum(i, j)
+    exists, is_turned = column >= 0, i < j
+    first, start = envelope
+    places = np.full(len(pairs), -1, dtype=np.int64)
+    places[exists] = 2 * (start[row[exists]] + column[exists] - first[row[exists]]) * d * d + is_turned[exists]
+    listed = np.full(len(pairs), -1, dtype=np.int64)
+    keys = coupled @ [len(block_of), 1]
+    listed[exists] = 2 * np.searchsorted(keys, row[exists] * len(block_of) + column[exists]) * d * d + is_turned[exists]
+    sizes = [(len(k.integers), len(k.numbers), 0, len(k.pairs)) for _, k in terms]
+    begins = np.cumsum([(0, 0, 0, 0), *sizes], axis=0)[:-1].astype(np.int64)
+    begins[:, 2] = [term.first for term, _ in terms]
+    return Calls(
+        addresses=np.array([kernel.function.address for _, kernel in terms], dtype=np.int64),
+        begins=np.ascontiguousarray(begins),
+        integers=np.concatenate([np.zeros(0, dtype=np.int64), *(k.integers for _, k in terms)]),
+        numbers=np.concatenate([np.zeros(0), *(k.numbers for _, k in terms)]),
+        places=places,
+        coupled_places=listed,
     )
 
 

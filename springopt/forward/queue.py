@@ -53,7 +53,7 @@ def _take_up(plan: Any, jobs: Any, state: Any, v: int, job: int) -> None:
         state.direction[at, v] = 0.0
     prestress, stiffest = 0.0, 0.0
     for spring in range(len(plan.ends)):
-        k = jobs.stiffness[candidate, spring]
+        k = jobs.candidates[candidate, spring]
         state.stiffness[spring, v] = k
         prestress = max(prestress, k * abs(plan.prestrains[spring]))
         stiffest = max(stiffest, k)
@@ -62,11 +62,14 @@ def _take_up(plan: Any, jobs: Any, state: Any, v: int, job: int) -> None:
             if block >= 0:
                 for a in range(d):
                     scale[block * d + a, v] += k
+    for number in range(len(state.values)):
+        state.values[number, v] = jobs.candidates[candidate, len(plan.ends) + number]
     softest, hardest = np.inf, 0.0
     for at in range(len(scale)):
         if scale[at, v] == 0.0:  # a node without springs: any positive pivot keeps it at rest
             scale[at, v] = stiffest if stiffest > 0.0 else 1.0
         softest, hardest = min(softest, scale[at, v]), max(hardest, scale[at, v])
+        state.meeting[at, v] = scale[at, v]
     for row in range(len(state.forces)):
         state.forces[row, v] = jobs.forces[case, row]
         state.trial[row, v] = jobs.start[job, row]

@@ -18,7 +18,7 @@ from springopt.forward.evaluation import evaluate
 from springopt.forward.factor import factorize
 from springopt.forward.lane_factors import RIGID
 from springopt.forward.linear import LinearEngine
-from springopt.forward.plan import Plan
+from springopt.forward.plan import Plan, without_effects
 from springopt.forward.sparse import Search, SparseEngine
 from springopt.forward.state import make_lanes
 from springopt.forward.status import has_equilibrium
@@ -46,7 +46,7 @@ def zero_mode_shares(
 
 
 def zero_mode_counts(group: Group, exists: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Zero modes at rest of lattices with some of the springs, exists (m, s), shape (m,).
+    """Zero modes at rest of lattices with some of the springs, exists (m, s), and without effects, shape (m,).
 
     Where neither a direct solver nor the lanes' memory reaches they stay uncounted, as 0.
     """
@@ -61,15 +61,14 @@ def zero_mode_counts(group: Group, exists: NDArray[np.bool_]) -> NDArray[np.floa
             search.factorize(0, RIGID)
             counts[m] = search.exact.inertia[:2].sum()
     elif plan.block_count <= LARGEST_ENVELOPE:
-        _count_in_lanes(plan, make_lanes(plan, len(plan.ends)), stiffness, counts)
+        _count_in_lanes(plan, make_lanes(plan), stiffness, counts)
     return counts
 
 
 def _unstretched(plan: Plan) -> Plan:
     """The same lattice at its rest lengths, springs alone."""
-    return plan._replace(
-        kernels=plan.kernels[:0], natural_lengths=plan.lengths, prestrains=np.zeros_like(plan.prestrains)
-    )
+    alone = without_effects(plan)
+    return alone._replace(natural_lengths=plan.lengths, prestrains=np.zeros_like(plan.prestrains))
 
 
 @compiled

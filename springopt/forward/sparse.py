@@ -62,12 +62,12 @@ class SparseEngine:
         for few in candidates_of(jobs):
             search.run(jobs.part(few), answers.part(few), tolerance)
 
-    def factorize(self, stiffness: Floats, displacements: Floats) -> "SparseFactors":
+    def factorize(self, candidate: Floats, displacements: Floats) -> "SparseFactors":
         """See `Engine`."""
         search = Search.of(self.plan, self.solver)
         if not self.solver.is_direct:
-            search.factorize_rest(stiffness)
-        return SparseFactors([search.at(stiffness, u) for u in displacements])
+            search.factorize_rest(candidate)
+        return SparseFactors([search.at(candidate, u) for u in displacements])
 
 
 def candidates_of(jobs: Jobs) -> Iterator[slice]:
@@ -93,15 +93,15 @@ class Search:
     def run(self, jobs: Jobs, answers: Answers, tolerance: float) -> None:
         """Answer all jobs, which are those of one candidate."""
         plan, state = self.work.plan, self.work.state
-        self.factorize_rest(jobs.stiffness[jobs.candidate[0]])
+        self.factorize_rest(jobs.candidates[jobs.candidate[0]])
         while arrive(plan, jobs, state, self.work.tangents, answers, tolerance, ITERATION_LIMIT):
             self._find_directions(tolerance)
             depart(plan, state, answers)
 
-    def factorize_rest(self, stiffness: Floats) -> None:
+    def factorize_rest(self, candidate: Floats) -> None:
         """The preconditioner, scaled by a power of two into the range of single precision."""
         work = self.work
-        work.evaluate(stiffness, np.zeros((1, work.plan.nodes.size)))
+        work.evaluate(candidate, np.zeros((1, work.plan.nodes.size)))
         weight = 2.0 ** -np.round(np.log2(work.state.scale.max(initial=1e-300)))
         work.fill(self.at_rest, self.solver.layout, 0, weight)
         self.at_rest.factorize(USUAL_REPLACEMENT)
@@ -111,13 +111,13 @@ class Search:
         self.work.fill(self.exact, self.solver.layout, lane)
         self.exact.factorize(replacement)
 
-    def at(self, stiffness: Floats, displacements: Floats) -> "Search":
+    def at(self, candidate: Floats, displacements: Floats) -> "Search":
         """Another one whose tangents are all that at these displacements (n d,), factorized; with what it can share."""
         if self.solver.is_direct:
             other = replace(self, exact=self.solver.matrices()[0])
         else:
             other = replace(self, work=Workspace.of(self.work.plan))
-        other.work.evaluate(stiffness, displacements[None])
+        other.work.evaluate(candidate, displacements[None])
         if self.solver.is_direct:
             other.factorize(0, RIGID)
         return other

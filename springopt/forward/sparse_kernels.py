@@ -11,11 +11,10 @@ from numba import njit
 from numpy.typing import NDArray
 
 from springopt.effects.compile import compiled
-from springopt.effects.effect import call_kernel
-from springopt.effects.lanes import fma, load, splat, store
+from springopt.effects.lanes import absolute, fma, load, maximum, splat, store
 from springopt.effects.springs import elongation, tension_per_length
 from springopt.forward.courses import keep_accepted, move, set_courses, take_directions
-from springopt.forward.evaluation import sum_up
+from springopt.forward.evaluation import call_all, sum_up
 from springopt.forward.judges import judge_lanes, settle
 from springopt.forward.queue import refill
 from springopt.forward.state import ENERGY
@@ -25,7 +24,7 @@ class Tangents(NamedTuple):
     """What is kept of the tangents of eight lanes at their trial states."""
 
     cache: NDArray[np.float64]  # (2 s, 8): tension per length, and what is to be added along the spring, over length^2
-    coupled: NDArray[np.float64]  # (rows, 8): what nonlinear effects brought, in an envelope of their own
+    coupled: NDArray[np.float64]  # (q d d, 8): what effects brought, in the blocks that `Plan.coupled` lists
 
 
 @compiled
@@ -83,14 +82,12 @@ def evaluate_forces(plan: Any, state: Any, tangents: Any) -> None:
             store(internal, j + a, load(internal, j + a) + force)
             store(internal, i + a, load(internal, i + a) - force)
     store(lane, ENERGY, energy)
-    if len(plan.kernels):
+    if len(plan.potentials.addresses):
         tangents.coupled[:] = 0.0
-        for number in range(len(plan.kernels)):
-            parameters = plan.kernel_parameters[plan.kernel_begins[number] :]
-            body = (plan.nodes, parameters, plan.block_of, plan.coupled_first, plan.coupled_start)
-            blocks = (trial, internal, tangents.coupled, lane)
-            call_kernel(plan.kernels[number], d, len(plan.nodes), body + blocks)
-    sum_up(plan, state)
+        places, blocks = plan.potentials.coupled_places, (trial, trial, internal, tangents.coupled, lane)
+        call_all(d, plan.nodes, plan.potentials, places, state.stiffness, state.values, blocks)
+        _raise_scale(plan, state, tangents.coupled)
+    sum_up(plan, state, energy)
 
 
 @compiled
@@ -122,7 +119,7 @@ def multiply(plan: Any, state: Any, tangents: Any, spread: Any, p: Any, product:
                 store(product, block_j * d + a, load(product, block_j * d + a) + force)
             if block_i >= 0:
                 store(product, block_i * d + a, load(product, block_i * d + a) - force)
-    if len(plan.kernels):
+    if len(plan.potentials.addresses):
         _multiply_coupled(plan, tangents.coupled, p, product)
     for at in plan.pinned:
         store(product, at, zero)
@@ -130,18 +127,33 @@ def multiply(plan: Any, state: Any, tangents: Any, spread: Any, p: Any, product:
 
 @njit(error_model="numpy")
 def _multiply_coupled(plan: Any, coupled: Any, p: Any, product: Any) -> None:
-    """Add the products with what nonlinear effects brought; lower blocks count for the upper ones too."""
-    d, first, start = plan.dimension, plan.coupled_first, plan.coupled_start
-    for row in range(len(first)):
-        for column in range(first[row], row + 1):
-            at = (start[row] + column - first[row]) * d * d
+    """Add the products with what effects brought; lower blocks count for the upper ones too."""
+    d = plan.dimension
+    for block in range(len(plan.coupled)):
+        row, column = plan.coupled[block]
+        at = block * d * d
+        for a in range(d):
+            for b in range(d):
+                entry = load(coupled, at + a * d + b)
+                here, there = row * d + a, column * d + b
+                store(product, here, fma(entry, load(p, there), load(product, here)))
+                if column < row:
+                    store(product, there, fma(entry, load(p, here), load(product, there)))
+
+
+@njit(error_model="numpy")
+def _raise_scale(plan: Any, state: Any, coupled: Any) -> None:
+    """As in `evaluation`: effects may be stiffer than springs."""
+    d = plan.dimension
+    for at in range(len(state.scale)):
+        store(state.scale, at, load(state.meeting, at))
+    for block in range(len(plan.coupled)):
+        row, column = plan.coupled[block]
+        if row == column:
             for a in range(d):
-                for b in range(d):
-                    entry = load(coupled, at + a * d + b)
-                    here, there = row * d + a, column * d + b
-                    store(product, here, fma(entry, load(p, there), load(product, here)))
-                    if column < row:
-                        store(product, there, fma(entry, load(p, here), load(product, there)))
+                at = row * d + a
+                stands = load(state.meeting, at) + absolute(load(coupled, block * d * d + a * d + a))
+                store(state.scale, at, maximum(stands, load(state.meeting, at)))
 
 
 @compiled
@@ -174,7 +186,7 @@ def scatter(
                 block[a, b] = axial * delta[a] * delta[b]
             block[a, a] += tension
         _scatter_block(places[spring], block, d, kind, entries)
-    if len(plan.kernels):
+    if len(plan.potentials.addresses):
         for q in range(len(coupled_places)):
             at = coupled_places[q]
             if at >= 0:

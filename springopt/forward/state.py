@@ -61,7 +61,7 @@ class Jobs(NamedTuple):
 
     candidate: NDArray[np.int64]  # (jobs,)
     case: NDArray[np.int64]  # (jobs,)
-    stiffness: NDArray[np.float64]  # (m, s)
+    candidates: NDArray[np.float64]  # (m, s + p), stiffness and the parameters of effects, see `terms`
     forces: NDArray[np.float64]  # (cases, n d)
     start: NDArray[np.float64]  # (jobs, n d), displacements to search from; those of the supports stay
     taken: NDArray[np.int64]  # a counter of those that were taken up, or of their candidates
@@ -69,7 +69,7 @@ class Jobs(NamedTuple):
     def part(self, few: slice) -> "Jobs":
         """A few of the jobs, all still to be taken up."""
         candidate, case, start = self.candidate[few], self.case[few], self.start[few]
-        return Jobs(candidate, case, self.stiffness, self.forces, start, make_counter())
+        return Jobs(candidate, case, self.candidates, self.forces, start, make_counter())
 
 
 class Answers(NamedTuple):
@@ -93,6 +93,7 @@ class Lanes(NamedTuple):
     scalars: NDArray[np.float64]  # rows as numbered above
     inertia: NDArray[np.float64]  # (3, 8), of the factorized tangent
     stiffness: NDArray[np.float64]  # (s, 8)
+    values: NDArray[np.float64]  # (p, 8), the parameters of effects
     forces: NDArray[np.float64]  # (n d, 8)
     trial: NDArray[np.float64]  # (n d, 8), displacements where everything is evaluated
     accepted: NDArray[np.float64]  # (n d, 8), displacements of the last accepted state
@@ -100,14 +101,15 @@ class Lanes(NamedTuple):
     tangent: NDArray[np.float64]  # the envelope, then its factor
     inverse: NDArray[np.float64]  # (B d, 8), inverse pivots
     scaled: NDArray[np.float64]  # scratch of the factorization
-    scale: NDArray[np.float64]  # (B d, 8), the stiffness that meets at each unknown
+    scale: NDArray[np.float64]  # (B d, 8), the stiffness that meets at each unknown, effects included
+    meeting: NDArray[np.float64]  # (B d, 8), that of the springs alone
     residual: NDArray[np.float64]  # (B d, 8), forces less internal forces at the accepted state
     direction: NDArray[np.float64]  # (B d, 8)
     unknowns: NDArray[np.float64]  # (B d, 8), right-hand side, then solution
     delta: NDArray[np.float64]  # (d, 8), the vector of one spring
 
 
-def make_lanes(plan: Any, spring_count: int) -> Lanes:
+def make_lanes(plan: Any) -> Lanes:
     """An empty state for this plan."""
     d, node_rows, unknown_count = plan.dimension, plan.nodes.size, len(plan.first) * plan.dimension
     widest = int((np.arange(len(plan.first)) - plan.first).max(initial=0))
@@ -115,7 +117,8 @@ def make_lanes(plan: Any, spring_count: int) -> Lanes:
     rows = {
         "scalars": SCALAR_COUNT,
         "inertia": 3,
-        "stiffness": spring_count,
+        "stiffness": len(plan.ends),
+        "values": plan.value_count,
         "forces": node_rows,
         "trial": node_rows,
         "accepted": node_rows,
@@ -123,6 +126,7 @@ def make_lanes(plan: Any, spring_count: int) -> Lanes:
         "inverse": unknown_count,
         "scaled": widest * d * d,
         "scale": unknown_count,
+        "meeting": unknown_count,
         "residual": unknown_count,
         "direction": unknown_count,
         "unknowns": unknown_count,

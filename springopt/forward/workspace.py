@@ -27,28 +27,27 @@ class Workspace:
 
     @classmethod
     def of(cls, plan: Plan) -> "Workspace":
-        d, rows = plan.dimension, 0
-        if len(plan.kernels):
-            rows = int((np.arange(len(plan.coupled_first)) - plan.coupled_first + 1).sum()) * d * d
+        rows = len(plan.coupled) * plan.dimension**2
         tangents = Tangents(
             cache=np.zeros((2 * len(plan.ends), LANE_COUNT)),
             coupled=np.zeros((rows, LANE_COUNT)),
         )
-        state = make_lanes(plan._replace(block_count=0), len(plan.ends))
+        state = make_lanes(plan._replace(block_count=0))
         return cls(plan, state, tangents, np.zeros((plan.nodes.size, LANE_COUNT)), np.zeros_like(state.unknowns))
 
-    def evaluate(self, stiffness: Floats, displacements: Floats) -> None:
-        """Forces and tangents of one candidate (s,) at up to eight states (c, n d); spare lanes repeat the last."""
+    def evaluate(self, candidate: Floats, displacements: Floats) -> None:
+        """Forces and tangents of one candidate (s + p,) at up to eight states (c, n d); spare lanes repeat the last."""
         lanes = np.minimum(np.arange(LANE_COUNT), len(displacements) - 1)
-        self.state.stiffness[:] = stiffness[:, None]
+        stiffness, values = np.split(candidate, [len(self.plan.ends)])
+        self.state.stiffness[:], self.state.values[:] = stiffness[:, None], values[:, None]
         self.state.trial[:] = displacements[lanes].T
-        self.state.scale[:] = meeting_stiffness(self.plan, stiffness)[:, None]
+        self.state.scale[:] = self.state.meeting[:] = meeting_stiffness(self.plan, stiffness)[:, None]
         evaluate_forces(self.plan, self.state, self.tangents)
 
     def loose_unknowns(self) -> NDArray[np.bool_]:
         """Which unknowns (B d,) belong to nodes that no spring holds, where no effect may hold them either."""
         d, size = self.plan.dimension, len(self.plan.first)
-        if len(self.plan.kernels):
+        if len(self.plan.potentials.addresses):
             return np.zeros(size * d, dtype=np.bool_)
         at_node = np.bincount(self.plan.ends.ravel(), np.repeat(self.state.stiffness[:, 0], 2), len(self.plan.nodes))
         is_loose = np.zeros(size, dtype=np.bool_)

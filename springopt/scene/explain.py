@@ -76,6 +76,6 @@ def _note(effect: Effect, lattice: SpringLattice) -> EffectNote:
     brought = []
     if effect.constant_forces(lattice) is not None:
         brought.append("A constant force: added to the load cases once, it costs nothing in the solve.")
-    if effect.kernel(lattice.dimension) is not None:
+    if effect.potential(lattice) is not None:
         brought.append("A potential: its compiled kernel is called at every evaluation.")
     return EffectNote(type(effect).__name__.lower(), " ".join(brought) or "Nothing.")

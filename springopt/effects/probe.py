@@ -1,0 +1,140 @@
+"""One kernel by itself, outside any solve: its energy, forces and blocks, at up to any number of states."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from springopt.checks import Floats
+from springopt.effects.compile import compiled
+from springopt.effects.effect import Effect, Kernel, call_kernel
+from springopt.effects.lanes import LANE_COUNT
+from springopt.lattice import SpringLattice
+
+
+class Probe(NamedTuple):
+    """What a kernel adds at l states; of a dissipation the power in place of the energy."""
+
+    energy: Floats  # shape (l,)
+    forces: Floats  # internal forces, shape (l, n d)
+    blocks: Floats  # dF_i / du_j of each of its pairs, shape (l, q, d, d)
+
+
+def probe(
+    kernel: Kernel,
+    lattice: SpringLattice,
+    displacements: Floats,
+    *,
+    stiffness: Floats,
+    values: Floats,
+    velocities: Floats | None = None,
+) -> Probe:
+    """At displacements (l, n d), for stiffness (s,) or (l, s) and values (k,) or (l, k)."""
+    count, d = len(displacements), lattice.dimension
+    velocities = np.zeros_like(displacements) if velocities is None else velocities
+    answer = Probe(np.zeros(count), np.zeros((count, lattice.nodes.size)), np.zeros((count, len(kernel.pairs), d, d)))
+    of_all = (
+        np.broadcast_to(stiffness, (count, lattice.spring_count)),
+        np.broadcast_to(values, (count, np.shape(values)[-1])),
+    )
+    # Every pair has a block of its own here, stored as it is declared.
+    places = 2 * d * d * np.arange(len(kernel.pairs), dtype=np.int64)
+    for begin in range(0, count, LANE_COUNT):
+        few = np.minimum(np.arange(begin, begin + LANE_COUNT), count - 1)
+        lanes = [np.ascontiguousarray(rows[few].T) for rows in (*of_all, displacements, velocities)]
+        forces, blocks = np.zeros((lattice.nodes.size, LANE_COUNT)), np.zeros((len(kernel.pairs) * d * d, LANE_COUNT))
+        energy = np.zeros((1, LANE_COUNT))
+        body = (lattice.nodes, kernel.integers, kernel.numbers)
+        _call(
+            kernel.function.address,
+            d,
+            len(lattice.nodes),
+            (*body, *lanes[:2], places, *lanes[2:], forces, blocks, energy),
+        )
+        own = slice(begin, min(begin + LANE_COUNT, count))
+        kept = own.stop - own.start
+        answer.energy[own], answer.forces[own] = energy[0, :kept], forces.T[:kept]
+        answer.blocks[own] = blocks.T[:kept].reshape(kept, -1, d, d)
+    return answer
+
+
+@compiled
+def _call(address: int, d: int, n: int, arrays: Any) -> None:
+    call_kernel(address, d, n, arrays)
+
+
+def force_derivatives(
+    effect: Effect,
+    kernel: Kernel,
+    lattice: SpringLattice,
+    displacements: Floats,
+    *,
+    stiffness: Floats,
+    values: Floats,
+    is_linear: bool,
+) -> Floats:
+    """The derivative of a potential's internal forces by its parameters (k,), shape (k, n d), at displacements (n d,).
+
+    Forces are linear in the parameters but for a constant, unless the effect says otherwise; so units tell all. For
+    small displacements those of the expansion at rest are meant.
+    """
+    if not effect.is_affine:
+        return effect.force_derivatives(lattice, displacements, stiffness=stiffness, values=values)
+    units = np.concatenate([np.zeros((1, len(values))), np.eye(len(values))])
+    states = np.broadcast_to(displacements, (len(units), len(displacements)))
+    forces = forces_of(kernel, lattice, states, stiffness=stiffness, values=units, is_linear=is_linear)
+    return forces[1:] - forces[0]
+
+
+def pulls_of_law(
+    effect: Effect,
+    lattice: SpringLattice,
+    displacements: Floats,
+    *,
+    values: Floats,
+    fitted: frozenset[str],
+    is_linear: bool,
+) -> Floats:
+    """What each spring's law adds to the force on its first node, over its stiffness [length], shape (c, s, d).
+
+    The springs are taken apart, each with two nodes of its own, and the kernel is called for those; displacements
+    (c, n d).
+    """
+    d, count = lattice.dimension, lattice.spring_count
+    apart = SpringLattice(
+        lattice.nodes[lattice.springs].reshape(-1, d),
+        np.arange(2 * count).reshape(count, 2),
+        lattice.rest_lengths,
+    )
+    kernel = _apart(effect, apart, fitted)
+    at_ends = displacements.reshape(len(displacements), -1, d)[:, lattice.springs].reshape(len(displacements), -1)
+    forces = forces_of(kernel, apart, at_ends, stiffness=np.ones(count), values=values, is_linear=is_linear)
+    return -forces.reshape(len(displacements), count, 2, d)[:, :, 0]
+
+
+def _apart(effect: Effect, lattice: SpringLattice, fitted: frozenset[str]) -> Kernel:
+    kernel = effect.potential(lattice, fitted)
+    assert kernel is not None  # a law of the springs is a potential
+    return kernel
+
+
+def forces_of(
+    kernel: Kernel, lattice: SpringLattice, displacements: Floats, *, stiffness: Floats, values: Floats, is_linear: bool
+) -> Floats:
+    """Internal forces at displacements (l, n d), shape (l, n d); for small ones those of the expansion at rest."""
+    if not is_linear:
+        return probe(kernel, lattice, displacements, stiffness=stiffness, values=values).forces
+    rest = probe(kernel, lattice, np.zeros_like(displacements), stiffness=stiffness, values=values)
+    return rest.forces + times_blocks(kernel, rest.blocks, displacements, lattice.dimension)
+
+
+def times_blocks(kernel: Kernel, blocks: Floats, vectors: Floats, d: int) -> Floats:
+    """The matrix that symmetric blocks (l, q, d, d) of pairs (i, j) stand for, times vectors (l, n d)."""
+    by_node = vectors.reshape(len(vectors), -1, d)
+    product = np.zeros_like(by_node)
+    i, j = kernel.pairs.T
+    for number in range(len(vectors)):
+        np.add.at(product[number], i, np.einsum("qab,qb->qa", blocks[number], by_node[number, j]))
+        off = i != j
+        mirrored = np.einsum("qab,qa->qb", blocks[number, off], by_node[number, i[off]])
+        np.add.at(product[number], j[off], mirrored)
+    return product.reshape(vectors.shape)
