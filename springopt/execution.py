@@ -160,16 +160,17 @@ def _result(
             "give it more budget, or choose another."
         )
     times = meter.clock.read()
-    stiffness = setup.encoding.decode(point)
+    row = setup.encoding.decode(point)
     return Run(
         objective=meter.best_value,
         evaluations=meter.evaluations,
         solves=meter.solves,
         **times._asdict(),
-        stiffness=stiffness,
+        stiffness=row[: setup.lattice.spring_count],
         point=point,
+        parameters=setup.encoding.parameters(point),
         classes=setup.encoding.describe(point),
-        errors=[asdict(error) | {"status": str(error.status)} for error in setup.objective.errors(stiffness)],
+        errors=[asdict(error) | {"status": str(error.status)} for error in setup.objective.errors(row)],
         optimizer=order.optimizer,
         start=label(start) if start else None,
         options=order.options,
@@ -187,10 +188,12 @@ def _result(
 
 
 def _value_of_present(setup: Setup, point: Floats) -> float | None:
-    stiffness, present = setup.encoding.decode(point), setup.encoding.present(point)
-    if present[stiffness > 0].all():
+    row, present = setup.encoding.decode(point), setup.encoding.present(point)
+    springs = slice(0, len(present))
+    if present[row[springs] > 0].all():
         return None
-    return float(setup.objective.evaluate(np.where(present, stiffness, 0.0)[None]).values[0])
+    row[springs] = np.where(present, row[springs], 0.0)
+    return float(setup.objective.evaluate(row[None]).values[0])
 
 
 def _run_file(order: Order, setup: Setup, run: Run) -> RunFile:
@@ -200,5 +203,5 @@ def _run_file(order: Order, setup: Setup, run: Run) -> RunFile:
         lattice=setup.lattice,
         cases=setup.cases,
         reference_positions=setup.reference_positions,
-        positions=setup.objective.solution(run.stiffness).positions,
+        positions=setup.objective.solution(setup.encoding.decode(run.point)).positions,
     )

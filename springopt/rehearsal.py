@@ -59,7 +59,9 @@ def rehearse(optimizer: Optimizer, setup: Setup) -> None:
 def _warm_up(setup: Setup, derivatives: bool) -> None:
     stiffness = setup.encoding.decode(setup.encoding.upper)
     # The one without springs needs what counts how far a candidate is from an equilibrium.
-    setup.objective.evaluate(np.stack([stiffness, np.zeros_like(stiffness)]))
+    without = stiffness.copy()
+    without[: setup.lattice.spring_count] = 0.0
+    setup.objective.evaluate(np.stack([stiffness, without]))
     if derivatives:
         with contextlib.suppress(NoEquilibrium):
             residuals, operator = setup.objective.linearize(stiffness)

@@ -67,6 +67,7 @@ class Run:
     complete: bool  #: False if it was interrupted and can be resumed
     why_stopped: WhyStopped
     history: list[Improvement]
+    parameters: dict[str, list[float]] = field(default_factory=dict)  #: of effects, where they were fitted, by name
     #: The objective with the present springs alone, where the threshold of the encoding would drop some.
     objective_of_present: float | None = None
     #: What the optimizer noted, as (evaluations spent, number).

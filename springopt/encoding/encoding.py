@@ -36,6 +36,15 @@ class Encoding(ABC):
         """How many numbers the optimizer sees."""
         return len(self.lower)
 
+    @property
+    def parameter_count(self) -> int:
+        """How many columns of a decoded row are parameters of effects, behind the stiffness."""
+        return 0
+
+    def parameters(self, point: ArrayLike) -> dict[str, list[float]]:
+        """The parameters of effects at a point, by name."""
+        return {}
+
     @abstractmethod
     def decode(self, points: ArrayLike) -> Floats:
         """Stiffness [force/length], shape (m, s), of points, shape (m, size); (s,) of a single point."""

@@ -100,6 +100,11 @@ class Terms:
                 first += len(values)
         raise KeyError(name)
 
+    def count(self, name: str) -> int:
+        """How many numbers a parameter has."""
+        columns = self.columns(name)
+        return columns.stop - columns.start
+
     def rows(self, candidates: Floats) -> Floats:
         """Candidates (m, s) or (m, s + f), with the fitted parameters behind the stiffness, as whole rows (m, s + p).
 

@@ -38,14 +38,19 @@ def build(scene: Scene, *, threads: int = 1) -> Setup:
     reference = scene.reference.build(model)
     reference_positions = _deformed(scene, reference, cases)
     objective = Objective(model, cases, reference_positions, reference=reference, **scene.objective.model_dump())
-    return Setup(scene, lattice, model, cases, reference_positions, scene.encoding.build(lattice), objective)
+    return Setup(scene, lattice, model, cases, reference_positions, scene.encoding.build_for(model), objective)
 
 
 def build_model(scene: Scene, lattice: SpringLattice, *, threads: int = 1) -> Model:
     """The model that learns, its stiffness still open."""
-    effects = [effect.build() for effect in scene.effects]
     return Model(
-        lattice, effects, kinematics=scene.kinematics, engine=scene.engine, branch=scene.branch, threads=threads
+        lattice,
+        [effect.build() for effect in scene.effects],
+        kinematics=scene.kinematics,
+        engine=scene.engine,
+        branch=scene.branch,
+        threads=threads,
+        fitted=scene.encoding.fitted,
     )
 
 

@@ -64,6 +64,10 @@ class Box:
     def differentiable(self) -> bool:
         return self.kind == "real"
 
+    @property
+    def parameter_count(self) -> int:
+        return 0
+
     def decode(self, points: ArrayLike) -> Floats:
         return np.asarray(points, dtype=float)
 

@@ -6,7 +6,6 @@ from scipy.optimize import lsq_linear
 from springopt_balance import Balance, bounded_least_squares
 
 from springopt import Budget, FemReference, Gravity, LoadCase, Model, Objective, Problem, SpringLattice, side
-from springopt.effects.effect import Effect
 from springopt.encoding import Binary, Real, ThreeClass
 from springopt.errors import NotServed, UserError
 from springopt.runner import solve
@@ -149,13 +148,9 @@ def test_it_keeps_the_contract_of_an_optimizer():
 
 class TestRefusals:
     def test_effects_with_forces_of_their_own(self):
-        class Foam(Effect):
-            def kernel(self, dimension):
-                return object()
-
-        problem = make_problem(Model(LATTICE), random_stiffness(), Real(LATTICE))
-        object.__setattr__(problem.objective.model, "effects", (Foam(),))
-        with pytest.raises(UserError, match="balance knows springs and constant forces, and Foam adds forces"):
+        weights = Model(LATTICE, [Gravity((0.0, -0.1))], fitted=["gravity.mass"])
+        problem = make_problem(weights, random_stiffness(), Real(LATTICE))
+        with pytest.raises(UserError, match="balance knows springs and constant forces, and gravity adds forces"):
             found(problem)
 
     def test_prescribed_displacements_alone(self):
