@@ -28,7 +28,8 @@ class ElasticBody:
     def internal_forces(self, displacements: Floats) -> Floats:
         """The forces that hold the nodes there [force], shape (n, d)."""
         forces = self.elements.forces(displacements[self._cells])
-        total: Floats = np.bincount(self._numbers.ravel(), forces.ravel(), minlength=displacements.size)
+        total = np.zeros(displacements.size)
+        np.add.at(total, self._numbers, forces)
         return self.thickness * total.reshape(displacements.shape)
 
     def tangent(self, displacements: Floats) -> csc_matrix:
