@@ -117,7 +117,7 @@ def manufactured_error(cell, plane, formulation, count):
             second[:, i, j] = -product if i == j else factors.prod(axis=1)
     material = reference._material
     stress_slope = material.shear * -d * product[:, None] * a + (material.lame + material.shear) * second @ a
-    forces = -np.pi**2 * stress_slope * nodal_volumes(nodes, lattice.cells, cell)[:, None]
+    forces = -(np.pi**2) * stress_slope * nodal_volumes(nodes, lattice.cells, cell)[:, None]
     outside = np.any((nodes < 1e-9) | (nodes > 1 - 1e-9), axis=1)
     displacements = reference.deform(LoadCase("manufactured", outside, forces)) - nodes
     return np.sqrt(np.mean((displacements - product[:, None] * a) ** 2))

@@ -98,7 +98,11 @@ def test_plane_stress_is_the_law_in_space_without_stress_across(law, poisson):
 def test_an_incompressible_sheet_keeps_its_volume():
     """Uniaxial stress of an incompressible neo-Hookean sheet: P = shear (l - 1 / l^2)."""
     stretch = 1.7
-    stress = Material(3.0, 0.5, is_plane_stress=True).law("neo-hookean").stress(np.diag([stretch, stretch**-0.5]) - np.eye(2))
+    stress = (
+        Material(3.0, 0.5, is_plane_stress=True)
+        .law("neo-hookean")
+        .stress(np.diag([stretch, stretch**-0.5]) - np.eye(2))
+    )
     np.testing.assert_allclose(stress, np.diag([stretch - stretch**-2, 0.0]), atol=1e-14)
 
 
@@ -108,7 +112,11 @@ def test_a_volume_turned_inside_out_is_not_admissible(law, d):
     h = np.zeros((3, d, d))
     h[:, 0, 0] = [-0.5, -1.0, -1.5]
     assert Material(2.0, 0.3).law(law).is_admissible(h).tolist() == [True, False, False]
-    assert Material(2.0, 0.3, is_plane_stress=True).law(law).is_admissible(h[:, :2, :2]).tolist() == [True, False, False]
+    assert Material(2.0, 0.3, is_plane_stress=True).law(law).is_admissible(h[:, :2, :2]).tolist() == [
+        True,
+        False,
+        False,
+    ]
 
 
 def test_a_sheet_stretched_to_no_thickness_is_not_admissible():
@@ -133,5 +141,5 @@ def test_a_small_volume_strain_does_not_drown(d):
 
 
 def test_an_unknown_law_is_refused():
-    with pytest.raises(UserError, match="law must be one of linear, .*Did you mean 'neo-hookean'"):
+    with pytest.raises(UserError, match=r"law must be one of linear, .*Did you mean 'neo-hookean'"):
         Material(1.0, 0.3).law("neohookean")

@@ -80,9 +80,7 @@ def test_formulations_agree_on_compressible_material():
 
 
 def test_a_nearly_incompressible_membrane_keeps_its_volume_at_large_strain():
-    coarse, fine = (
-        cooks_membrane(count, "neo-hookean", 0.1, poisson=0.4999, formulation="b-bar") for count in (8, 16)
-    )
+    coarse, fine = (cooks_membrane(count, "neo-hookean", 0.1, poisson=0.4999, formulation="b-bar") for count in (8, 16))
     assert coarse == pytest.approx(fine, rel=0.04)
     assert cooks_membrane(8, "neo-hookean", 0.1, poisson=0.4999) < 0.4 * coarse
 
@@ -104,9 +102,7 @@ def test_a_nearly_incompressible_block_does_not_lock_in_space():
 @pytest.mark.parametrize(("cell", "shape", "other"), [("triangle", (3, 3), "quad"), ("tetra", (3, 3, 3), "hexahedron")])
 def test_simplices_are_refused_with_the_cells_to_use(cell, shape, other):
     with pytest.raises(UserError, match=f"does not help {cell} cells, .*; use {other} cells"):
-        FemReference(
-            SpringLattice.grid(shape, cell=cell), young=1.0, poisson=0.3, plane="strain", formulation="b-bar"
-        )
+        FemReference(SpringLattice.grid(shape, cell=cell), young=1.0, poisson=0.3, plane="strain", formulation="b-bar")
 
 
 def test_plane_stress_is_refused():
@@ -115,5 +111,7 @@ def test_plane_stress_is_refused():
 
 
 def test_an_unknown_formulation_is_refused():
-    with pytest.raises(UserError, match="formulation must be 'standard' or 'b-bar', not 'bbar'. Did you mean 'b-bar'"):
+    with pytest.raises(
+        UserError, match=r"formulation must be 'standard' or 'b-bar', not 'bbar'\. Did you mean 'b-bar'"
+    ):
         FemReference(SpringLattice.grid((3, 3)), young=1.0, poisson=0.3, formulation="bbar")
