@@ -57,7 +57,7 @@ class FemReference:
     mass_damping: float = field(default=0.0, kw_only=True)  #: times the mass matrix [1 / time]
     stiffness_damping: float = field(default=0.0, kw_only=True)  #: times the stiffness matrix [time]
     lumped: bool = field(default=False, kw_only=True)  #: whether the mass is in the nodes alone
-    _weights: Floats = field(init=False, repr=False)  #: the effects' nodal forces [force], shape (n, d)
+    _effect_forces: Floats = field(init=False, repr=False)  #: the effects' nodal forces [force], shape (n, d)
     #: One factor for each set of supports, kept because load cases share them.
     _factors: dict[bytes, Factor] = field(default_factory=dict, init=False, repr=False)
     _mode_counts: dict[bytes, int] = field(default_factory=dict, init=False, repr=False)
@@ -68,7 +68,7 @@ class FemReference:
         object.__setattr__(self, "mesh", (nodes, cells, cell_type))
         self._check_options()
         object.__setattr__(self, "effects", _effects(self.effects))
-        object.__setattr__(self, "_weights", constant_forces(lattice, self.effects))
+        object.__setattr__(self, "_effect_forces", constant_forces(lattice, self.effects))
 
     def deform(self, case: LoadCase) -> Floats:
         """Positions under the load case [length], shape (n, d), or (t, n, d) where it has times.
@@ -78,13 +78,13 @@ class FemReference:
         """
         nodes = self.mesh[0]
         require_shape(f"load case {case.name!r}: forces", case.forces, nodes.shape)
-        loads = case.forces + self._weights
+        loads = case.forces + self._effect_forces
         if case.times is not None:
             return nodes + self._motion(case, loads)
         self._require_supports(case)
         if self.law == "linear":
             return nodes + self._small_displacements(case, loads)
-        return nodes + FiniteStrain(self.body, case, loads, np.ptp(nodes, axis=0).max()).displacements()
+        return nodes + self._large_displacements(case, loads)
 
     @cached_property
     def body(self) -> ElasticBody:
@@ -122,6 +122,12 @@ class FemReference:
             left = loads - (self.stiffness_matrix @ displacements.ravel()).reshape(loads.shape)
             displacements[case.free] = self._factor(case).solve(left[case.free])
         return displacements
+
+    def _large_displacements(self, case: LoadCase, loads: Floats) -> Floats:
+        """Shape (n, d)."""
+        acting = np.where(case.free, loads, 0.0)  # a force on a support must not loosen the tolerance
+        size = float(np.ptp(self.mesh[0], axis=0).max())
+        return FiniteStrain(self.body, case, acting, self.stiffness_matrix, size).displacements()
 
     def _factor(self, case: LoadCase) -> Factor:
         key = case.supports.tobytes()

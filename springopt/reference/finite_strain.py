@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import csc_matrix
 
 from springopt.checks import Booleans, Floats
 from springopt.errors import UserError
@@ -38,7 +39,8 @@ class FiniteStrain:
 
     body: ElasticBody
     case: LoadCase
-    loads: Floats  #: of the load case and the effects [force], shape (n, d)
+    loads: Floats  #: of the load case and the effects [force], zero where something is held, shape (n, d)
+    stiffness: csc_matrix  #: the tangent at rest [force / length], shape (n d, n d)
     size: float  #: of the body [length]
 
     def displacements(self) -> Floats:
@@ -60,19 +62,19 @@ class FiniteStrain:
 
     def _at_rest(self) -> _Equilibrium:
         rest = np.zeros(self.loads.shape)
-        return _Equilibrium(0.0, rest, self._factor(rest))
+        return _Equilibrium(0.0, rest, self._factor(self.stiffness))
 
     def _step(self, last: _Equilibrium, share: float) -> _Equilibrium:
         u = self._predicted(last, share)
-        tolerance = ROUNDING * self._stiffness * self.size
+        rounding = ROUNDING * self.stiffness.diagonal().max() * self.size
         for _ in range(MOST_ITERATIONS):
-            factor = self._factor(u)
+            factor = self._factor(self.body.tangent(u))
             if factor is not None and not factor.is_positive_definite:
                 raise _StepFails("it becomes unstable")
             forces = self.body.internal_forces(u)
             residual = share * self.loads - forces
             scale = max(np.linalg.norm(share * self.loads), np.linalg.norm(forces))
-            if np.linalg.norm(residual[self.free]) <= TOLERANCE * scale + tolerance:
+            if np.linalg.norm(residual[self.free]) <= TOLERANCE * scale + rounding:
                 return _Equilibrium(share, u, factor)
             u = self._searched(u, share, residual, self._solved(factor, residual))
         raise _StepFails("Newton's method does not converge")
@@ -107,12 +109,12 @@ class FiniteStrain:
             solution[self.free] = factor.solve(residual[self.free])
         return solution
 
-    def _factor(self, u: Floats) -> Factor | None:
+    def _factor(self, tangent: csc_matrix) -> Factor | None:
         free = np.flatnonzero(self.free)
         if not len(free):
             return None
         try:
-            return Factor.of(self.body.tangent(u)[free][:, free])
+            return Factor.of(tangent[free][:, free])
         except RuntimeError:  # singular to the last digit
             raise _StepFails("it becomes unstable") from None
 
@@ -120,7 +122,3 @@ class FiniteStrain:
     def free(self) -> Booleans:
         """The degrees of freedom that are not held, shape (n, d)."""
         return self.case.free
-
-    @property
-    def _stiffness(self) -> float:
-        return float(self.body.stiffness_matrix.diagonal().max())

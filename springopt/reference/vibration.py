@@ -10,7 +10,7 @@ from springopt.errors import UserError
 from springopt.load_case import LoadCase
 from springopt.reference.modes import Modes
 
-#: Degrees of freedom whose modes are found: with matrices of (f, f), in half a minute.
+#: Degrees of freedom whose modes are found: with matrices of (f, f), in ten seconds.
 MOST = 3_000
 
 
