@@ -11,10 +11,10 @@ from scipy.sparse import csc_matrix, diags_array, eye_array, kron
 from springopt.checks import Floats, floats, require_nonnegative, require_positive, require_shape
 from springopt.effects.effect import Effect
 from springopt.errors import UserError, did_you_mean
-from springopt.forward.batch import constant_forces
 from springopt.lattice import SpringLattice
 from springopt.load_case import LoadCase
 from springopt.nodal_volumes import nodal_volumes
+from springopt.reference.body_forces import body_forces, checked_effects
 from springopt.reference.discretization import discretize, mass_matrix
 from springopt.reference.elastic_body import ElasticBody
 from springopt.reference.elements import StandardElements
@@ -67,8 +67,8 @@ class FemReference:
         lattice = self.mesh if isinstance(self.mesh, SpringLattice) else bare_lattice(nodes, cells, cell_type)
         object.__setattr__(self, "mesh", (nodes, cells, cell_type))
         self._check_options()
-        object.__setattr__(self, "effects", _effects(self.effects))
-        object.__setattr__(self, "_effect_forces", constant_forces(lattice, self.effects))
+        object.__setattr__(self, "effects", checked_effects(self.effects))
+        object.__setattr__(self, "_effect_forces", body_forces(lattice, self.effects))
 
     def deform(self, case: LoadCase) -> Floats:
         """Positions under the load case [length], shape (n, d), or (t, n, d) where it has times.
@@ -199,11 +199,3 @@ class FemReference:
             raise UserError(
                 "The formulation 'b-bar' is for plane strain and 3D; plane stress does not lock, so leave it out."
             )
-
-
-def _effects(effects: Sequence[Effect]) -> tuple[Effect, ...]:
-    effects = (effects,) if isinstance(effects, Effect) else tuple(effects or ())
-    for effect in effects:
-        if not isinstance(effect, Effect):
-            raise UserError(f"effects must be a list of Effect, not {type(effect).__name__}; try Gravity((0, -9.81)).")
-    return effects
