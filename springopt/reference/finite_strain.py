@@ -35,7 +35,11 @@ class _Equilibrium:
 
 @dataclass(frozen=True, eq=False)
 class FiniteStrain:
-    """The equilibria of a body under one load case, which grows from nothing in proportion."""
+    """The equilibria of a body under one load case, which grows from nothing in proportion.
+
+    Each is stable: the tangent of its free degrees of freedom is positive definite. A body that snaps through within
+    a step may be found behind the snap, as it would be after a fall.
+    """
 
     body: ElasticBody
     case: LoadCase
