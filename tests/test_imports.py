@@ -41,7 +41,7 @@ LIBRARIES = {
         "reference",
         "testing",
     ],
-    "skfem": ["reference.fem"],
+    "skfem": ["reference.discretization"],
     "threadpoolctl": ["analysis", "benchmark", "execution", "testing"],
 }
 #: What comes with a library that is asked for by name.

@@ -10,5 +10,5 @@ class Reference(Protocol):
     """Anything that knows the deformation to match."""
 
     def deform(self, case: LoadCase) -> Floats:
-        """Positions of the nodes under the load case [length], shape (n, d)."""
+        """Positions of the nodes under the load case [length], shape (n, d), or (t, n, d) where it has times."""
         ...

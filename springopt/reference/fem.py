@@ -1,59 +1,46 @@
-"""The finite element reference: small-displacement linear elasticity, assembled by scikit-fem."""
+"""The finite element reference: an elastic body at small or large strain, in equilibrium or in motion."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from scipy.sparse import csc_matrix
-from scipy.sparse.linalg import SuperLU, splu
-from skfem import (
-    Basis,
-    ElementHex1,
-    ElementQuad1,
-    ElementTetP1,
-    ElementTriP1,
-    ElementVector,
-    MeshHex1,
-    MeshQuad1,
-    MeshTet1,
-    MeshTri1,
-)
-from skfem.models.elasticity import linear_elasticity
+from scipy.sparse import csc_matrix, diags_array, eye_array, kron
 
-from springopt.cells import check_cells, require_regular_cells
-from springopt.checks import Floats, Integers, floats, require_finite, require_positive, require_shape
-from springopt.errors import UserError
+from springopt.checks import Floats, floats, require_nonnegative, require_positive, require_shape
+from springopt.effects.effect import Effect
+from springopt.errors import UserError, did_you_mean
 from springopt.lattice import SpringLattice
 from springopt.load_case import LoadCase
-from springopt.mesh import read_mesh
+from springopt.nodal_volumes import nodal_volumes
+from springopt.reference.body_forces import body_forces, checked_effects
+from springopt.reference.discretization import discretize, mass_matrix
+from springopt.reference.elastic_body import ElasticBody
+from springopt.reference.elements import StandardElements
+from springopt.reference.factor import Factor
+from springopt.reference.fem_mesh import bare_lattice, fem_mesh
+from springopt.reference.finite_strain import FiniteStrain
+from springopt.reference.material import Material
+from springopt.reference.mean_dilatation import MeanDilatationElements
 from springopt.reference.rigid_modes import RigidModes
+from springopt.reference.vibration import Vibration
 
-
-class _Discretization(NamedTuple):
-    """How scikit-fem treats a cell type: its mesh, its element, its numbering of our corners, its quadrature."""
-
-    mesh: Any
-    element: Any
-    corners: list[int]
-    #: Integration order: two Gauss points a direction on quadrilaterals and hexahedra, the constant of a simplex.
-    order: int
-
-
-_DISCRETIZATIONS = {
-    "triangle": _Discretization(MeshTri1, ElementTriP1, [0, 1, 2], 1),
-    "quad": _Discretization(MeshQuad1, ElementQuad1, [0, 1, 2, 3], 3),
-    "tetra": _Discretization(MeshTet1, ElementTetP1, [0, 1, 2, 3], 1),
-    "hexahedron": _Discretization(MeshHex1, ElementHex1, [6, 2, 5, 7, 1, 3, 4, 0], 3),
-}
+FORMULATIONS = ("standard", "b-bar")
 
 
 @dataclass(frozen=True, eq=False)
 class FemReference:
-    """A linear elastic body on first-order finite elements.
+    """An elastic body on first-order finite elements, homogeneous and isotropic.
 
-    The body is homogeneous and isotropic; displacements are taken as small, so that they grow in proportion to the
-    load. Quadrilaterals and hexahedra are fully integrated, with two Gauss points in each direction.
+    With the law "linear" displacements are taken as small, so that they grow in proportion to the load, and a load
+    case may have times. "saint-venant-kirchhoff" and "neo-hookean" are at large strain, in equilibrium only; a load
+    without a stable equilibrium is refused. Quadrilaterals and hexahedra are fully integrated, with two Gauss points
+    in each direction.
+
+    In plane strain and in 3D standard elements lock above a Poisson's ratio of about 0.49: they are too stiff, at
+    0.4999 many times. "b-bar" does not: its volume strain is the mean over the cell, which quadrilaterals and
+    hexahedra bear.
     """
 
     #: A lattice with cells, a meshio mesh, a mesh file, or (nodes (n, d), cells (c, v), cell type); kept as the last.
@@ -61,98 +48,154 @@ class FemReference:
     young: float = field(kw_only=True)  #: Young's modulus [force / area]
     poisson: float = field(kw_only=True)  #: Poisson's ratio
     plane: str = field(default="stress", kw_only=True)  #: "stress" or "strain"; without meaning in 3D
-    thickness: float = field(default=1.0, kw_only=True)  #: [length], without meaning in 3D
+    thickness: float = field(default=1.0, kw_only=True)  #: at rest [length], without meaning in 3D
+    law: str = field(default="linear", kw_only=True)  #: "linear", "saint-venant-kirchhoff" or "neo-hookean"
+    formulation: str = field(default="standard", kw_only=True)  #: "standard" or "b-bar"
+    #: What acts beside the load cases, by its constant nodal forces; what an effect does to springs is not the body's.
+    effects: Sequence[Effect] = field(default=(), kw_only=True)
+    density: float | None = field(default=None, kw_only=True)  #: [mass / length^3], which motion needs
+    mass_damping: float = field(default=0.0, kw_only=True)  #: times the mass matrix [1 / time]
+    stiffness_damping: float = field(default=0.0, kw_only=True)  #: times the stiffness matrix [time]
+    lumped: bool = field(default=False, kw_only=True)  #: whether the mass is in the nodes alone
+    _effect_forces: Floats = field(init=False, repr=False)  #: the effects' nodal forces [force], shape (n, d)
     #: One factor for each set of supports, kept because load cases share them.
-    _factors: dict[bytes, SuperLU] = field(default_factory=dict, init=False, repr=False)
+    _factors: dict[bytes, Factor] = field(default_factory=dict, init=False, repr=False)
+    _mode_counts: dict[bytes, int] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
-        nodes, cells, cell_type = _mesh_parts(self.mesh)
-        require_regular_cells(nodes, cells, cell_type)
-        for name in ("young", "thickness"):
-            require_positive(name, require_shape(name, floats(name, getattr(self, name)), ()))
-        if self.plane not in ("stress", "strain"):
-            raise UserError(f"plane must be 'stress' or 'strain', not {self.plane!r}.")
-        _check_poisson(self.poisson, is_plane_stress=self._is_plane_stress(nodes))
+        nodes, cells, cell_type = fem_mesh(self.mesh)
+        lattice = self.mesh if isinstance(self.mesh, SpringLattice) else bare_lattice(nodes, cells, cell_type)
         object.__setattr__(self, "mesh", (nodes, cells, cell_type))
+        self._check_options()
+        object.__setattr__(self, "effects", checked_effects(self.effects))
+        object.__setattr__(self, "_effect_forces", body_forces(lattice, self.effects))
 
     def deform(self, case: LoadCase) -> Floats:
-        """Positions under the load case [length], shape (n, d); refuses supports that leave the body free to move."""
+        """Positions under the load case [length], shape (n, d), or (t, n, d) where it has times.
+
+        At rest, supports must not leave the body free to move. In motion it starts at rest, undeformed, and whatever
+        is held is from the first moment where it is prescribed to be.
+        """
         nodes = self.mesh[0]
         require_shape(f"load case {case.name!r}: forces", case.forces, nodes.shape)
-        free = case.free.ravel()
-        displacements = case.prescribed.ravel().copy()
-        if free.any():
-            loads = case.forces.ravel() - self.stiffness_matrix @ displacements
-            displacements[free] = self._factor(case).solve(loads[free])
-        return nodes + displacements.reshape(nodes.shape)
+        loads = case.forces + self._effect_forces
+        if case.times is not None:
+            return nodes + self._motion(case, loads)
+        self._require_supports(case)
+        if self.law == "linear":
+            return nodes + self._small_displacements(case, loads)
+        return nodes + self._large_displacements(case, loads)
+
+    @cached_property
+    def body(self) -> ElasticBody:
+        """Energy, internal forces and tangent at large strain; of the law "linear" the stiffness at rest is meant."""
+        nodes, cells, cell_type = self.mesh
+        elements = MeanDilatationElements if self.formulation == "b-bar" else StandardElements
+        discretization = discretize(nodes, cells, cell_type)
+        return ElasticBody(elements(discretization, self._material.law(self.law)), len(nodes), self._thickness)
 
     @cached_property
     def stiffness_matrix(self) -> csc_matrix:
         """Stiffness of the unsupported body [force / length], shape (n d, n d), the axes of a node side by side."""
-        nodes, cells, cell_type = self.mesh
-        kind = _DISCRETIZATIONS[cell_type]
-        mesh = kind.mesh(np.ascontiguousarray(nodes.T), np.ascontiguousarray(cells[:, kind.corners].T))
-        basis = Basis(mesh, ElementVector(kind.element()), intorder=kind.order)
-        numbers = basis.nodal_dofs.T.ravel()
-        matrix = csc_matrix(linear_elasticity(*self._lame_parameters()).assemble(basis))[numbers][:, numbers]
-        return matrix if nodes.shape[1] == 3 else self.thickness * matrix
+        return self.body.stiffness_matrix
+
+    @cached_property
+    def _material(self) -> Material:
+        return Material(self.young, self.poisson, self._is_plane_stress)
+
+    @property
+    def _is_plane_stress(self) -> bool:
+        return self.mesh[0].shape[1] == 2 and self.plane == "stress"
+
+    @property
+    def _thickness(self) -> float:
+        return self.thickness if self.mesh[0].shape[1] == 2 else 1.0
 
     @cached_property
     def _rigid_modes(self) -> RigidModes:
         return RigidModes(*self.mesh)
 
-    def _factor(self, case: LoadCase) -> SuperLU:
+    def _small_displacements(self, case: LoadCase, loads: Floats) -> Floats:
+        """Shape (n, d)."""
+        displacements = case.prescribed.copy()
+        if case.free.any():
+            left = loads - (self.stiffness_matrix @ displacements.ravel()).reshape(loads.shape)
+            displacements[case.free] = self._factor(case).solve(left[case.free])
+        return displacements
+
+    def _large_displacements(self, case: LoadCase, loads: Floats) -> Floats:
+        """Shape (n, d)."""
+        acting = np.where(case.free, loads, 0.0)  # a force on a support must not loosen the tolerance
+        size = float(np.ptp(self.mesh[0], axis=0).max())
+        return FiniteStrain(self.body, case, acting, self.stiffness_matrix, size).displacements()
+
+    def _factor(self, case: LoadCase) -> Factor:
         key = case.supports.tobytes()
         if key not in self._factors:
-            mode_count = self._rigid_modes.count_free(case.supports)
-            if mode_count:
-                raise UserError(
-                    f"Load case {case.name!r} leaves the body free to move in {mode_count} rigid "
-                    f"mode{'s' if mode_count > 1 else ''}; hold more nodes."
-                )
             free = np.flatnonzero(case.free)
-            self._factors[key] = splu(
-                self.stiffness_matrix[free][:, free],
-                permc_spec="MMD_AT_PLUS_A",
-                diag_pivot_thresh=0.0,
-                options={"SymmetricMode": True},
-            )
+            self._factors[key] = Factor.of(self.stiffness_matrix[free][:, free])
         return self._factors[key]
 
-    def _lame_parameters(self) -> tuple[float, float]:
-        """Lame's parameters; in plane stress the first is the one that makes the stress across the plane vanish."""
-        young, poisson = self.young, self.poisson
-        shear = young / (2 * (1 + poisson))
-        if self._is_plane_stress(self.mesh[0]):
-            return young * poisson / (1 - poisson**2), shear
-        return young * poisson / ((1 + poisson) * (1 - 2 * poisson)), shear
+    def _require_supports(self, case: LoadCase) -> None:
+        mode_count = self._rigid_mode_count(case)
+        if mode_count:
+            raise UserError(
+                f"Load case {case.name!r} leaves the body free to move in {mode_count} rigid "
+                f"mode{'s' if mode_count > 1 else ''}; hold more nodes."
+            )
 
-    def _is_plane_stress(self, nodes: Floats) -> bool:
-        return nodes.shape[1] == 2 and self.plane == "stress"
+    def _rigid_mode_count(self, case: LoadCase) -> int:
+        key = case.supports.tobytes()
+        if key not in self._mode_counts:
+            self._mode_counts[key] = self._rigid_modes.count_free(case.supports)
+        return self._mode_counts[key]
 
+    def _motion(self, case: LoadCase, loads: Floats) -> Floats:
+        """Displacements [length], shape (t, n, d)."""
+        if self.law != "linear":
+            raise UserError(
+                f"Load case {case.name!r} has times, but the law {self.law!r} knows equilibria only; take the law "
+                "'linear', or leave the times out."
+            )
+        return self._vibration.displacements(case, loads, self._rigid_mode_count(case))
 
-def _mesh_parts(mesh: Any) -> tuple[Floats, Integers, str]:
-    """Nodes, cells and cell type of whatever was given, every node in some cell."""
-    if isinstance(mesh, SpringLattice):
-        if mesh.cells is None or mesh.cell_type is None:
-            raise UserError("A finite element reference needs a lattice with cells; give it cells and cell_type.")
-        nodes, cells, cell_type = mesh.nodes, mesh.cells, mesh.cell_type
-    elif isinstance(mesh, tuple):
-        if len(mesh) != 3:
-            raise UserError(f"A mesh given as a tuple must be (nodes, cells, cell type), not {len(mesh)} things.")
-        nodes = require_finite("nodes", require_shape("nodes", floats("nodes", mesh[0]), ("n", "d")))
-        cells, cell_type = check_cells(mesh[1], mesh[2], nodes), mesh[2]
-    else:
-        nodes, cells, cell_type = read_mesh(mesh)
-    stray = np.setdiff1d(np.arange(len(nodes)), cells)
-    if len(stray):
-        raise UserError(f"Node {stray[0]} belongs to no cell; a finite element reference can't tell where it goes.")
-    return nodes, cells, cell_type
+    @cached_property
+    def _vibration(self) -> Vibration:
+        if self.density is None:
+            raise UserError(
+                "A load case with times needs a body with mass; give the finite element reference a density."
+            )
+        volumes = diags_array(nodal_volumes(*self.mesh)) if self.lumped else mass_matrix(*self.mesh)
+        return Vibration(
+            stiffness=self.stiffness_matrix,
+            mass=csc_matrix(kron(self.density * self._thickness * volumes, eye_array(self.mesh[0].shape[1]))),
+            mass_damping=self.mass_damping,
+            stiffness_damping=self.stiffness_damping,
+        )
 
+    def _check_options(self) -> None:
+        require_positive("thickness", require_shape("thickness", floats("thickness", self.thickness), ()))
+        if self.plane not in ("stress", "strain"):
+            raise UserError(f"plane must be 'stress' or 'strain', not {self.plane!r}.")
+        self._check_formulation()
+        _ = self._material.law(self.law)
+        if self.density is not None:
+            require_positive("density", require_shape("density", floats("density", self.density), ()))
+        for name in ("mass_damping", "stiffness_damping"):
+            require_nonnegative(name, require_shape(name, floats(name, getattr(self, name)), ()))
 
-def _check_poisson(poisson: float, *, is_plane_stress: bool) -> None:
-    """Plane stress bears the incompressible 0.5; where the volume can't escape across the plane it divides by zero."""
-    ratio = float(require_shape("poisson", floats("poisson", poisson), ()))
-    if not (-1 < ratio < 0.5 or (is_plane_stress and ratio == 0.5)):
-        limit = "at most 0.5 in plane stress" if is_plane_stress else "below 0.5 in plane strain and in 3D"
-        raise UserError(f"Poisson's ratio must be above -1 and {limit}, not {ratio:g}.")
+    def _check_formulation(self) -> None:
+        if self.formulation not in FORMULATIONS:
+            hint = did_you_mean(str(self.formulation), FORMULATIONS)
+            raise UserError(f"formulation must be 'standard' or 'b-bar', not {self.formulation!r}.{hint}")
+        cell_type = self.mesh[2]
+        if self.formulation == "b-bar" and cell_type in ("triangle", "tetra"):
+            other = "quad" if cell_type == "triangle" else "hexahedron"
+            raise UserError(
+                f"The formulation 'b-bar' does not help {cell_type} cells, whose volume strain is constant already; "
+                f"use {other} cells."
+            )
+        if self.formulation == "b-bar" and self._is_plane_stress:
+            raise UserError(
+                "The formulation 'b-bar' is for plane strain and 3D; plane stress does not lock, so leave it out."
+            )

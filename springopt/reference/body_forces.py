@@ -1,0 +1,30 @@
+"""What effects do to a body that has no springs: their constant nodal forces."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from springopt.checks import Floats, require_finite, require_shape
+from springopt.effects.effect import Effect
+from springopt.errors import UserError
+from springopt.lattice import SpringLattice
+
+
+def checked_effects(effects: Sequence[Effect]) -> tuple[Effect, ...]:
+    """The effects of a list, or the one that was given in place of it."""
+    effects = (effects,) if isinstance(effects, Effect) else tuple(effects or ())
+    for effect in effects:
+        if not isinstance(effect, Effect):
+            raise UserError(f"effects must be a list of Effect, not {type(effect).__name__}; try Gravity((0, -9.81)).")
+    return effects
+
+
+def body_forces(lattice: SpringLattice, effects: Sequence[Effect]) -> Floats:
+    """The sum of the forces that depend on nothing [force], shape (n, d)."""
+    total = np.zeros(lattice.nodes.shape)
+    for effect in effects:
+        forces = effect.constant_forces(lattice)
+        if forces is not None:
+            name = f"the forces of {type(effect).__name__}"
+            total += require_finite(name, require_shape(name, forces, lattice.nodes.shape))
+    return total
