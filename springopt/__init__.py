@@ -24,6 +24,7 @@ _HOME = {
     "SpringLattice": "springopt.lattice",
     "SpringReference": "springopt.reference.spring",
     "Status": "springopt.forward.status",
+    "Stepping": "springopt.forward.stepping",
     "load_scene": "springopt.scene",
     "resume": "springopt.runner",
     "side": "springopt.lattice",

@@ -13,12 +13,17 @@ from springopt.effects.effect import Effect
 from springopt.errors import UserError, did_you_mean
 from springopt.forward.batch import Equilibria, Group, find, group_by_supports
 from springopt.forward.choose import require_known
+from springopt.forward.derivatives import Linearization, linearize
 from springopt.forward.followed import BRANCHES, MINIMUM
 from springopt.forward.lane_factors import tangents
-from springopt.forward.plan import springs_of
+from springopt.forward.motion import Motions, move
+from springopt.forward.motion_derivatives import MotionLinearization, linearize_motion
+from springopt.forward.plan import make_plan, springs_of
 from springopt.forward.spring_forces import forces_per_stiffness
 from springopt.forward.status import STATUSES, Status
+from springopt.forward.stepping import Stepping
 from springopt.forward.terms import Terms
+from springopt.forward.workspace import Workspace
 from springopt.lattice import SpringLattice
 from springopt.load_case import LoadCase
 from springopt.parameters import Parameters
@@ -39,6 +44,7 @@ class Model:
     #: Where there are several equilibria: the "minimum" that is found from rest, or the one "followed" by load steps.
     branch: str = MINIMUM
     threads: int = 1  #: that share the candidates of a batch; the answers are the same to the bit
+    stepping: Stepping | None = None  #: how motion goes on in time, which load cases with times need
     #: Parameters of effects in which candidates differ, as "volume.modulus": columns behind the stiffness.
     fitted: Sequence[str] = ()
 
@@ -105,9 +111,22 @@ class Model:
         require_nonnegative("stiffness", candidates[:, :springs])
         return candidates
 
-    def find(self, groups: Sequence[Group], candidates: Floats, tolerance: float) -> Equilibria:
-        """The equilibria of candidates (m, s) that were checked, on the model's branch."""
+    def find(self, groups: Sequence[Group], candidates: Floats, tolerance: float) -> Equilibria | Motions:
+        """The equilibria of checked candidates (m, s) on the model's branch; their motions where cases have times."""
+        if groups[0].times.shape[1]:
+            assert self.stepping is not None  # or there were no groups
+            return move(groups, candidates, self.stepping, tolerance=tolerance, threads=self.threads)
         return find(groups, candidates, tolerance=tolerance, branch=self.branch, threads=self.threads)
+
+    def linearize(
+        self, groups: Sequence[Group], candidate: Floats, answers: Equilibria | Motions, tolerance: float
+    ) -> Linearization | MotionLinearization:
+        """How the answers to one candidate (s + f,) change with its row (s + p,), see `forward.terms`."""
+        row = self.terms.rows(candidate[None])[0]
+        if isinstance(answers, Equilibria):
+            return linearize(groups, row, answers.displacements[0])
+        assert self.stepping is not None  # or nothing would have moved
+        return linearize_motion(groups, row, candidate, self.stepping, tolerance=tolerance)
 
     def forces_per_stiffness(self, positions: ArrayLike) -> Floats:
         """What each spring pulls its first node with at positions (c, n, d), over its stiffness [length], (c, s, d)."""
@@ -133,13 +152,35 @@ class Model:
                     f"Load case {case.name!r} has forces of shape {case.forces.shape}, "
                     f"but the lattice has nodes of shape {self.lattice.nodes.shape}."
                 )
+        self._require_what_times_need(cases)
         return group_by_supports(self.terms, cases, kinematics=self.kinematics, engine=self.engine)
+
+    def _require_what_times_need(self, cases: Sequence[LoadCase]) -> None:
+        counts = {0 if case.times is None else len(case.times) for case in cases}
+        if counts == {0}:
+            return
+        if len(counts) > 1:
+            raise UserError(
+                "load cases of one solve have equally many times, or none of them has any; solve them apart."
+            )
+        if not any(term.has_masses for term in self.terms.terms):
+            raise UserError(
+                f"load case {cases[0].name!r} has times, and nothing has a mass; add the effect inertia, or leave the "
+                "times out."
+            )
+        if self.stepping is None:
+            raise UserError(
+                f"load case {cases[0].name!r} has times, and no step is stated; give stepping = Stepping(step), as "
+                "long as the accuracy allows."
+            )
+        if self.kinematics == "linear":
+            raise UserError("motion is followed with exact kinematics only; choose kinematics = 'nonlinear'.")
 
     def _solve(
         self, groups: Sequence[Group], candidates: Floats, cases: Sequence[LoadCase], tolerance: float
     ) -> "Batch":
         require_positive("tolerance", float(floats("tolerance", tolerance)))
-        return Batch(self.find(groups, candidates, tolerance), self.terms, cases)
+        return Batch(self.find(groups, candidates, tolerance), candidates, self.terms, cases)
 
 
 def _require_expansions(terms: Terms, kinematics: str) -> None:
@@ -150,9 +191,10 @@ def _require_expansions(terms: Terms, kinematics: str) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """Equilibria of m candidates under c load cases."""
+    """Equilibria of m candidates under c load cases; motions have an axis of t times before the nodes."""
 
-    equilibria: Equilibria
+    equilibria: Equilibria | Motions
+    candidates: Floats = field(repr=False)  #: shape (m, s + f)
     terms: Terms = field(repr=False)
     cases: Sequence[LoadCase] = field(repr=False)
 
@@ -164,8 +206,17 @@ class Batch:
     @cached_property
     def displacements(self) -> Floats:
         """[length], shape (m, c, n, d)."""
-        u = self.equilibria.displacements
-        return u.reshape(*u.shape[:2], *self.lattice.nodes.shape)
+        return self._by_node(self.equilibria.displacements)
+
+    @cached_property
+    def velocities(self) -> Floats:
+        """[length / time], shape (m, c, t, n, d); of equilibria none."""
+        if isinstance(self.equilibria, Equilibria):
+            raise UserError("equilibria have no velocities; give the load cases times.")
+        return self._by_node(self.equilibria.velocities)
+
+    def _by_node(self, flat: Floats) -> Floats:
+        return flat.reshape(*flat.shape[:-1], *self.lattice.nodes.shape)
 
     @cached_property
     def positions(self) -> Floats:
@@ -184,15 +235,34 @@ class Batch:
 
     @cached_property
     def energy(self) -> Floats:
-        """Strain energy less forces . positions, weights included, shape (m, c)."""
+        """Strain energy less forces . positions, weights included, shape (m, c).
+
+        In motion with the kinetic energy, shape (m, c, t).
+        """
+        if isinstance(self.equilibria, Motions):
+            return self._energies_in_motion()
         weight = self.terms.constant_forces
         at_rest = [np.vdot(case.forces + weight, self.lattice.nodes) for case in self.cases]
         return self.equilibria.energies - np.array(at_rest)
 
+    def _energies_in_motion(self) -> Floats:
+        rows = self.terms.rows(self.candidates)
+        masses = self.terms.masses(rows[:, self.lattice.spring_count :])
+        plan = make_plan(self.terms, np.zeros(self.lattice.nodes.shape, dtype=np.bool_))
+        work, weight = Workspace.of(plan), self.terms.constant_forces
+        forces = np.array([case.forces + weight for case in self.cases])
+        kinetic = 0.5 * np.einsum("mn,mctnd->mct", masses, self.velocities**2)
+        potential = -np.einsum("cnd,mctnd->mct", forces, self.positions)
+        for candidate, row in enumerate(rows):
+            for case in range(len(self.cases)):
+                states = self.displacements[candidate, case].reshape(-1, self.lattice.nodes.size)
+                potential[candidate, case] += work.energies(row, states)
+        return kinetic + potential
+
     @property
     def iterations(self) -> NDArray[np.int64]:
-        """Evaluations of force and tangent, shape (m, c)."""
-        return self.equilibria.iterations
+        """Evaluations of force and tangent, in motion steps in time, shape (m, c)."""
+        return self.equilibria.steps if isinstance(self.equilibria, Motions) else self.equilibria.iterations
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,8 +296,13 @@ class Solution:
 
     @property
     def energy(self) -> Floats:
-        """Strain energy less forces . positions, weights included, shape (c,)."""
+        """Strain energy less forces . positions, weights included, shape (c,); in motion with what moves, (c, t)."""
         return self.batch.energy[0]
+
+    @property
+    def velocities(self) -> Floats:
+        """[length / time], shape (c, t, n, d); of equilibria none."""
+        return self.batch.velocities[0]
 
     @cached_property
     def zero_modes(self) -> list[Floats]:

@@ -13,7 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from springopt.checks import Floats, floats, require_finite, require_nonnegative, require_positive, require_shape
 from springopt.errors import NoEquilibrium, UserError, did_you_mean
 from springopt.forward.batch import Equilibria, Group
-from springopt.forward.derivatives import linearize
+from springopt.forward.derivatives import Linearization
+from springopt.forward.motion import Motions
+from springopt.forward.motion_derivatives import MotionLinearization
 from springopt.forward.rest_modes import zero_mode_shares
 from springopt.forward.status import STATUSES, Status, has_equilibrium
 from springopt.load_case import LoadCase
@@ -59,7 +61,7 @@ class Objective:
 
     model: Model
     cases: Sequence[LoadCase]
-    reference_positions: Floats  #: [length], shape (c, n, d)
+    reference_positions: Floats  #: [length], shape (c, n, d), or (c, t, n, d) where cases have times
     minimize: str = "distance"  #: "distance", "relative-distance" or "least-squares"
     weights: Floats | None = None  #: one for each load case; by default 1
     tolerance: float = TOLERANCE  #: of the forward solve
@@ -68,7 +70,8 @@ class Objective:
     reference: Reference | None = None  #: what gave the positions, for those that learn from its material, too
 
     def __post_init__(self) -> None:
-        shape = (len(self.cases), *self.model.lattice.nodes.shape)
+        times = [() if case.times is None else (len(case.times),) for case in self.cases[:1]]
+        shape = (len(self.cases), *(times[0] if times else ()), *self.model.lattice.nodes.shape)
         reference = require_shape("reference_positions", floats("reference_positions", self.reference_positions), shape)
         object.__setattr__(self, "reference_positions", require_finite("reference_positions", reference))
         if self.minimize not in MISFITS:
@@ -118,7 +121,7 @@ class Objective:
         differences = self._differences(equilibria)[0]
         value = self._total(differences)
         loads = self._misfit.gradient(differences, self.smallest_rest_length) * self._training_weights[:, None, None]
-        derivatives = linearize(self._groups, self._row(candidate), equilibria.displacements[0])
+        derivatives = self._linearize(candidate, equilibria)
         return value, derivatives.against(loads.reshape(len(loads), -1))[self._columns(len(candidate))]
 
     def residuals(self, stiffness: ArrayLike) -> Floats:
@@ -132,7 +135,7 @@ class Objective:
     def value_of(self, residuals: Floats) -> float:
         """The objective's value, in its own misfit, where it has these residuals (r,)."""
         roots = self._root_weights
-        weighted = residuals.reshape(len(roots), *self.model.lattice.nodes.shape)
+        weighted = residuals.reshape(len(roots), -1, self.model.lattice.dimension)
         differences = np.divide(weighted, roots, out=np.zeros_like(weighted), where=roots > 0)
         return self._total(differences)
 
@@ -140,7 +143,7 @@ class Objective:
         """The residuals (r,) and their derivatives (r, s) with respect to the stiffness; raises NoEquilibrium."""
         candidate, equilibria = self._equilibrium(stiffness)
         differences = self._differences(equilibria)[0]
-        derivatives = linearize(self._groups, self._row(candidate), equilibria.displacements[0]).jacobian()
+        derivatives = self._linearize(candidate, equilibria).jacobian()
         weights = self._root_weights
         derivatives *= weights
         by_row = derivatives.reshape(-1, derivatives.shape[-1])
@@ -155,12 +158,11 @@ class Objective:
         from scipy.sparse.linalg import LinearOperator
 
         candidate, equilibria = self._equilibrium(stiffness)
-        row, roots = self._row(candidate), self._root_weights[:, 0]
-        derivatives = linearize(self._groups, row, equilibria.displacements[0])
+        derivatives, roots = self._linearize(candidate, equilibria), self._root_weights[:, 0]
         residuals = (self._differences(equilibria)[0] * self._root_weights).ravel()
 
         def along(change: Floats) -> Floats:
-            whole = np.zeros(len(row))
+            whole = np.zeros(self.model.lattice.spring_count + len(self.model.terms.defaults))
             whole[self._columns(len(candidate))] = change.ravel()
             return (derivatives.along(whole) * roots).ravel()
 
@@ -179,6 +181,7 @@ class Objective:
         solution = self.solution(stiffness)
         smallest = self.smallest_rest_length
         differences = solution.displacements - (self.reference_positions - self.model.lattice.nodes)
+        differences = differences.reshape(len(self.cases), -1, self.model.lattice.dimension)  # in motion of all times
         return [
             CaseError(
                 name=case.name,
@@ -238,14 +241,15 @@ class Objective:
     def _default_cap(self) -> float:
         nodes = self.model.lattice.nodes
         size = float(np.linalg.norm(np.ptp(nodes, axis=0))) or 1.0
-        off = np.zeros((len(self._training), *nodes.shape))
+        off = np.zeros_like(self._training_displacements).reshape(len(self._training), -1, nodes.shape[1])
         off[..., 0] = CAP_SIZES * size
         return float(self._misfit.value(off, self.smallest_rest_length) @ self._training_weights)
 
-    def _differences(self, equilibria: Equilibria) -> Floats:
-        """Model less reference in the training load cases, shape (m, c, n, d)."""
-        differences = equilibria.displacements - self._training_displacements
-        return differences.reshape(*differences.shape[:2], *self.model.lattice.nodes.shape)
+    def _differences(self, answers: Equilibria | Motions) -> Floats:
+        """Model less reference in the training load cases, shape (m, c, n, d); in motion (m, c, t n, d)."""
+        count, cases = answers.displacements.shape[:2]
+        differences = answers.displacements.reshape(count, cases, -1) - self._training_displacements
+        return differences.reshape(count, cases, -1, self.model.lattice.dimension)
 
     def _columns(self, width: int) -> NDArray[np.int64]:
         """Where the numbers of a candidate (width,) are in its row, see `forward.terms`."""
@@ -253,10 +257,10 @@ class Objective:
         columns = np.arange(springs)
         return columns if width == springs else np.concatenate([columns, springs + self.model.terms.fitted_columns])
 
-    def _row(self, candidate: Floats) -> Floats:
-        return self.model.terms.rows(candidate[None])[0]
+    def _linearize(self, candidate: Floats, answers: Equilibria | Motions) -> Linearization | MotionLinearization:
+        return self.model.linearize(self._groups, candidate, answers, self.tolerance)
 
-    def _equilibrium(self, stiffness: ArrayLike) -> tuple[Floats, Equilibria]:
+    def _equilibrium(self, stiffness: ArrayLike) -> tuple[Floats, Equilibria | Motions]:
         candidates = self.model.candidates(stiffness, axes=1)[1]
         equilibria = self.model.find(self._groups, candidates, self.tolerance)
         failed = ~has_equilibrium(equilibria.codes[0])

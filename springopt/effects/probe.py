@@ -29,37 +29,41 @@ def probe(
     velocities: Floats | None = None,
 ) -> Probe:
     """At displacements (l, n d), for stiffness (s,) or (l, s) and values (k,) or (l, k)."""
-    count, d = len(displacements), lattice.dimension
+    count, d, n = len(displacements), lattice.dimension, lattice.node_count
     velocities = np.zeros_like(displacements) if velocities is None else velocities
-    answer = Probe(np.zeros(count), np.zeros((count, lattice.nodes.size)), np.zeros((count, len(kernel.pairs), d, d)))
-    of_all = (
-        np.broadcast_to(stiffness, (count, lattice.spring_count)),
-        np.broadcast_to(values, (count, np.shape(values)[-1])),
+    stiffness = np.broadcast_to(stiffness, (count, lattice.spring_count))
+    values = np.broadcast_to(values, (count, np.shape(values)[-1]))
+    read = [_lanes(rows) for rows in (stiffness, values, displacements, velocities)]
+    forces, blocks, energy = (
+        np.zeros((len(read[0]), rows, LANE_COUNT)) for rows in (lattice.nodes.size, len(kernel.pairs) * d * d, 1)
     )
     # Every pair has a block of its own here, stored as it is declared.
     places = 2 * d * d * np.arange(len(kernel.pairs), dtype=np.int64)
-    for begin in range(0, count, LANE_COUNT):
-        few = np.minimum(np.arange(begin, begin + LANE_COUNT), count - 1)
-        lanes = [np.ascontiguousarray(rows[few].T) for rows in (*of_all, displacements, velocities)]
-        forces, blocks = np.zeros((lattice.nodes.size, LANE_COUNT)), np.zeros((len(kernel.pairs) * d * d, LANE_COUNT))
-        energy = np.zeros((1, LANE_COUNT))
-        body = (lattice.nodes, kernel.integers, kernel.numbers)
-        _call(
-            kernel.function.address,
-            d,
-            len(lattice.nodes),
-            (*body, *lanes[:2], places, *lanes[2:], forces, blocks, energy),
-        )
-        own = slice(begin, min(begin + LANE_COUNT, count))
-        kept = own.stop - own.start
-        answer.energy[own], answer.forces[own] = energy[0, :kept], forces.T[:kept]
-        answer.blocks[own] = blocks.T[:kept].reshape(kept, -1, d, d)
-    return answer
+    body = (lattice.nodes, kernel.integers, kernel.numbers)
+    _call(kernel.function.address, d, n, body, places, tuple(read), (forces, blocks, energy))
+    by_pair = _states(blocks, count).reshape(count, -1, d, d)
+    return Probe(_states(energy, count)[:, 0], _states(forces, count), by_pair)
+
+
+def _lanes(states: Floats) -> Floats:
+    """States (l, rows), eight side by side, shape (eights, rows, 8); spare lanes repeat the last."""
+    eights = -(-len(states) // LANE_COUNT)
+    every = np.minimum(np.arange(eights * LANE_COUNT), len(states) - 1)
+    return np.ascontiguousarray(states[every].reshape(eights, LANE_COUNT, -1).swapaxes(1, 2))
+
+
+def _states(lanes: Floats, count: int) -> Floats:
+    """The way back, shape (l, rows)."""
+    return lanes.swapaxes(1, 2).reshape(-1, lanes.shape[1])[:count]
 
 
 @compiled
-def _call(address: int, d: int, n: int, arrays: Any) -> None:
-    call_kernel(address, d, n, arrays)
+def _call(address: int, d: int, n: int, body: Any, places: Any, read: Any, added: Any) -> None:
+    stiffness, values, displacements, velocities = read
+    forces, blocks, energy = added
+    for eight in range(len(stiffness)):
+        lanes = (stiffness[eight], values[eight], places, displacements[eight], velocities[eight])
+        call_kernel(address, d, n, body + lanes + (forces[eight], blocks[eight], energy[eight]))
 
 
 def force_derivatives(

@@ -33,6 +33,7 @@ class Group:
     forces: NDArray[np.float64]  #: 0 where supports take them up, shape (g, n d)
     work: NDArray[np.float64]  #: of the forces that supports take up, on their prescribed way, shape (g,)
     prescribed: NDArray[np.float64]  #: shape (g, n d)
+    times: NDArray[np.float64]  #: when a motion is looked at, shape (g, t); without times (g, 0)
 
 
 @dataclass(frozen=True)
@@ -85,6 +86,7 @@ def _group(
         forces=np.where(supports.ravel(), 0.0, forces),
         work=(forces * prescribed).sum(axis=1),
         prescribed=prescribed,
+        times=np.array([() if case.times is None else case.times for _, case in numbered], dtype=float),
     )
 
 

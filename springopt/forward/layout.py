@@ -21,6 +21,7 @@ class Layout:
     springs: Integers  #: of the blocks (i, i), (j, j), (i, j) of each spring, shape (s, 3, d, d)
     coupled: Integers  #: of the entries of the blocks that kernels add to, shape (rows,)
     pinned: Integers  #: of the diagonal entries of pinned unknowns
+    diagonal: Integers  #: of all diagonal entries, shape (B d,)
 
 
 def lay_out(plan: Plan, position: Callable[[Integers, Integers], Integers]) -> Layout:
@@ -49,7 +50,8 @@ def lay_out(plan: Plan, position: Callable[[Integers, Integers], Integers]) -> L
     rows, columns = coupled_unknowns(plan)
     coupled = lower(rows, columns)
     coupled[(rows // d == columns // d) & (columns > rows)] = -1  # diagonal blocks are whole: take their lower half
-    return Layout(springs, coupled, position(plan.pinned, plan.pinned))
+    every = np.arange(len(plan.first) * d)
+    return Layout(springs, coupled, position(plan.pinned, plan.pinned), position(every, every))
 
 
 def coupled_unknowns(plan: Plan) -> tuple[Integers, Integers]:

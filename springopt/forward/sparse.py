@@ -22,6 +22,7 @@ from springopt.forward.counter import draw
 from springopt.forward.courses import measure_direction
 from springopt.forward.engine import ITERATION_LIMIT
 from springopt.forward.lane_factors import RIGID
+from springopt.forward.motion_state import MotionJobs
 from springopt.forward.plan import Plan
 from springopt.forward.queue import USUAL_REPLACEMENT
 from springopt.forward.solver import Solver
@@ -70,7 +71,7 @@ class SparseEngine:
         return SparseFactors([search.at(candidate, u) for u in displacements])
 
 
-def candidates_of(jobs: Jobs) -> Iterator[slice]:
+def candidates_of(jobs: Jobs | MotionJobs) -> Iterator[slice]:
     """The jobs of one candidate after the other, as long as no thread has taken them."""
     edges = np.flatnonzero(np.diff(jobs.candidate, prepend=-1, append=-1)).tolist()
     while (number := draw(jobs.taken, len(edges) - 1)) >= 0:

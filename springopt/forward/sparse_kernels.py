@@ -119,7 +119,7 @@ def multiply(plan: Any, state: Any, tangents: Any, spread: Any, p: Any, product:
                 store(product, block_j * d + a, load(product, block_j * d + a) + force)
             if block_i >= 0:
                 store(product, block_i * d + a, load(product, block_i * d + a) - force)
-    if len(plan.potentials.addresses):
+    if len(tangents.coupled):
         _multiply_coupled(plan, tangents.coupled, p, product)
     for at in plan.pinned:
         store(product, at, zero)
@@ -186,7 +186,7 @@ def scatter(
                 block[a, b] = axial * delta[a] * delta[b]
             block[a, a] += tension
         _scatter_block(places[spring], block, d, kind, entries)
-    if len(plan.potentials.addresses):
+    if len(tangents.coupled):
         for q in range(len(coupled_places)):
             at = coupled_places[q]
             if at >= 0:

@@ -10,7 +10,7 @@ from springopt.forward.layout import Layout
 from springopt.forward.plan import Plan
 from springopt.forward.solver import Matrix
 from springopt.forward.sparse_kernels import Tangents, evaluate_forces, multiply, scatter
-from springopt.forward.state import Lanes, make_lanes
+from springopt.forward.state import ENERGY, Lanes, make_lanes
 
 Floats = NDArray[np.float64]
 
@@ -26,8 +26,9 @@ class Workspace:
     product: Floats  #: the last product with the tangents, shape (B d, 8)
 
     @classmethod
-    def of(cls, plan: Plan) -> "Workspace":
-        rows = len(plan.coupled) * plan.dimension**2
+    def of(cls, plan: Plan, *, in_motion: bool = False) -> "Workspace":
+        has_blocks = len(plan.potentials.addresses) or in_motion
+        rows = len(plan.coupled) * plan.dimension**2 if has_blocks else 0
         tangents = Tangents(
             cache=np.zeros((2 * len(plan.ends), LANE_COUNT)),
             coupled=np.zeros((rows, LANE_COUNT)),
@@ -43,6 +44,15 @@ class Workspace:
         self.state.trial[:] = displacements[lanes].T
         self.state.scale[:] = self.state.meeting[:] = meeting_stiffness(self.plan, stiffness)[:, None]
         evaluate_forces(self.plan, self.state, self.tangents)
+
+    def energies(self, candidate: Floats, displacements: Floats) -> Floats:
+        """Strain energies of one candidate (s + p,) at any number of states (c, n d), shape (c,)."""
+        answers = np.empty(len(displacements))
+        for begin in range(0, len(displacements), LANE_COUNT):
+            few = displacements[begin : begin + LANE_COUNT]
+            self.evaluate(candidate, few)
+            answers[begin : begin + len(few)] = self.state.scalars[ENERGY, : len(few)]
+        return answers
 
     def loose_unknowns(self) -> NDArray[np.bool_]:
         """Which unknowns (B d,) belong to nodes that no spring holds, where no effect may hold them either."""

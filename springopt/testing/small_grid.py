@@ -9,6 +9,7 @@ import numpy as np
 from springopt.checks import Floats
 from springopt.encoding import Binary, Encoding, Real
 from springopt.forward.batch import Equilibria, Group
+from springopt.forward.motion import Motions
 from springopt.lattice import SpringLattice, side
 from springopt.load_case import LoadCase
 from springopt.model import Model
@@ -31,7 +32,7 @@ class CountedModel(Model):
 
     sought: list[int] = field(default_factory=list)  #: of each call
 
-    def find(self, groups: tuple[Group, ...], candidates: Floats, tolerance: float) -> Equilibria:  # type: ignore[override]
+    def find(self, groups: tuple[Group, ...], candidates: Floats, tolerance: float) -> Equilibria | Motions:  # type: ignore[override]
         equilibria = super().find(groups, candidates, tolerance)
         self.sought.append(equilibria.codes.size)
         return equilibria
