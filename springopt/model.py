@@ -37,8 +37,8 @@ class Model:
 
     lattice: SpringLattice
     effects: Sequence[Effect] = ()  #: what acts beside the springs
-    #: "nonlinear", or "linear" for small displacements: then one factor serves all load cases of a candidate.
-    kinematics: str = "nonlinear"
+    #: "exact", or "linear" for small displacements: then one factor serves all load cases of a candidate.
+    kinematics: str = "exact"
     #: None leaves the choice to `forward.choose`; "lanes", "sparse" and "iterative" give the same answers.
     engine: str | None = None
     #: Where there are several equilibria: the "minimum" that is found from rest, or the one "followed" by load steps.
@@ -96,16 +96,19 @@ class Model:
         Without `Parameters` the columns behind the stiffness may be left out; effects then act as they are stated.
         """
         if isinstance(given, Parameters):
-            return replace(self, fitted=given.names), self._checked(
-                given.rows(), given.stiffness.ndim, axes, given.names
-            )
+            model = self.fitting(given)
+            return model, model._checked(given.rows(), given.stiffness.ndim, axes)
         candidates = floats("stiffness", given)
-        return self, self._checked(np.atleast_2d(candidates), candidates.ndim, axes, self.fitted)
+        return self, self._checked(np.atleast_2d(candidates), candidates.ndim, axes)
 
-    def _checked(self, candidates: Floats, ndim: int, axes: int, fitted: Sequence[str]) -> Floats:
+    def fitting(self, given: Parameters) -> "Model":
+        """The model whose candidates differ in the parameters that are named here."""
+        return self if self.fitted == given.names else replace(self, fitted=given.names)
+
+    def _checked(self, candidates: Floats, ndim: int, axes: int) -> Floats:
         springs = self.lattice.spring_count
         width = candidates.shape[1] if candidates.ndim == 2 else 0
-        wide = springs + (len(replace(self, fitted=fitted).terms.fitted_columns) if fitted else 0)
+        wide = springs + len(self.terms.fitted_columns)
         if ndim != axes or width not in (springs, wide):
             require_shape("stiffness", candidates if ndim == 2 else candidates[0], ("m", springs)[-axes:])
         require_nonnegative("stiffness", candidates[:, :springs])
@@ -174,7 +177,7 @@ class Model:
                 "long as the accuracy allows."
             )
         if self.kinematics == "linear":
-            raise UserError("motion is followed with exact kinematics only; choose kinematics = 'nonlinear'.")
+            raise UserError("motion is followed with exact kinematics only; choose kinematics = 'exact'.")
 
     def _solve(
         self, groups: Sequence[Group], candidates: Floats, cases: Sequence[LoadCase], tolerance: float
@@ -186,7 +189,7 @@ class Model:
 def _require_expansions(terms: Terms, kinematics: str) -> None:
     for term in terms.terms:
         if kinematics == "linear" and not term.effect.has_expansion_at_rest:
-            raise UserError(f"small displacements would leave {term.name} out; choose kinematics = 'nonlinear'.")
+            raise UserError(f"small displacements would leave {term.name} out; choose kinematics = 'exact'.")
 
 
 @dataclass(frozen=True, eq=False)

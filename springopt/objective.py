@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,6 +21,7 @@ from springopt.forward.status import STATUSES, Status, has_equilibrium
 from springopt.load_case import LoadCase
 from springopt.misfit import MISFITS, Misfit
 from springopt.model import TOLERANCE, Model, Solution
+from springopt.parameters import Parameters
 from springopt.reference import Reference
 
 if TYPE_CHECKING:
@@ -92,12 +93,14 @@ class Objective:
         cap = self._default_cap() if self.cost_cap is None else self.cost_cap
         object.__setattr__(self, "cost_cap", float(require_positive("cost_cap", cap)))
 
-    def evaluate(self, stiffness: ArrayLike) -> Evaluation:
-        """The values of many candidates (m, s).
+    def evaluate(self, stiffness: ArrayLike | Parameters) -> Evaluation:
+        """The values of many candidates (m, s), or `Parameters` of many.
 
         A candidate without an equilibrium in some training load case costs the cap times one plus the share of zero
         modes at rest among its unknowns, averaged over the load cases: a spring that stiffens it makes it cheaper.
         """
+        if isinstance(stiffness, Parameters):
+            return self.fitting(stiffness).evaluate(stiffness.rows())
         candidates = self.model.candidates(stiffness, axes=2)[1]
         equilibria = self.model.find(self._groups, candidates, self.tolerance)
         misfits = self._misfit.value(self._differences(equilibria), self.smallest_rest_length)
@@ -111,18 +114,32 @@ class Objective:
             values[failed] = self._cap * (1.0 + shares)
         return Evaluation(values, equilibria.codes.max(axis=1), equilibria.codes.size)
 
-    def gradient(self, stiffness: ArrayLike) -> tuple[float, Floats]:
+    @overload
+    def gradient(self, stiffness: ArrayLike) -> tuple[float, Floats]: ...
+    @overload
+    def gradient(self, stiffness: Parameters) -> tuple[float, Parameters]: ...
+    def gradient(self, stiffness: ArrayLike | Parameters) -> tuple[float, Floats | Parameters]:
         """Value and gradient (s,) of one candidate (s,), by the adjoint method; raises NoEquilibrium.
+
+        Of `Parameters` the gradient is one as well: of the stiffness, and of each parameter by its name.
 
         At an underdetermined state the position along a free mode is the search's, and no function of the stiffness:
         the derivatives take it as held by one coordinate. A node without springs stays at rest and does no harm.
         """
+        if isinstance(stiffness, Parameters):
+            value, gradient = self.fitting(stiffness).gradient(stiffness.rows()[0])
+            return value, stiffness.like(gradient)
         candidate, equilibria = self._equilibrium(stiffness)
         differences = self._differences(equilibria)[0]
         value = self._total(differences)
         loads = self._misfit.gradient(differences, self.smallest_rest_length) * self._training_weights[:, None, None]
         derivatives = self._linearize(candidate, equilibria)
         return value, derivatives.against(loads.reshape(len(loads), -1))[self._columns(len(candidate))]
+
+    def fitting(self, given: Parameters) -> Objective:
+        """The objective of the model whose candidates differ in the parameters that are named here."""
+        model = self.model.fitting(given)
+        return self if model is self.model else replace(self, model=model)
 
     def residuals(self, stiffness: ArrayLike) -> Floats:
         """The weighted coordinate differences (r,), whatever the misfit; half their squares' sum is the least squares.
@@ -172,11 +189,11 @@ class Objective:
         shape = (residuals.size, len(candidate))
         return residuals, LinearOperator(shape, matvec=along, rmatvec=against, dtype=float)
 
-    def solution(self, stiffness: ArrayLike) -> Solution:
+    def solution(self, stiffness: ArrayLike | Parameters) -> Solution:
         """The equilibria of one candidate in all load cases, training and test."""
         return self.model.solve(stiffness, self.cases, self.tolerance)
 
-    def errors(self, stiffness: ArrayLike) -> list[CaseError]:
+    def errors(self, stiffness: ArrayLike | Parameters) -> list[CaseError]:
         """The error of one candidate in each load case, training and test, in every definition."""
         solution = self.solution(stiffness)
         smallest = self.smallest_rest_length

@@ -8,7 +8,7 @@ import json
 import os
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -164,12 +164,16 @@ def _write_cases(group: h5py.Group, cases: Sequence[LoadCase]) -> None:
     group["name"] = json.dumps([case.name for case in cases])  # HDF5's own text may have no NUL in it
     for name in ("role", "supports", "forces", "prescribed"):
         group[name] = [getattr(case, name) for case in cases]
+    if cases and cases[0].times is not None:
+        group["times"] = [case.times for case in cases]
 
 
 def _read_cases(group: h5py.Group) -> list[LoadCase]:
     names, roles = json.loads(group["name"].asstr()[()]), group["role"].asstr()[()]
     arrays = zip(group["supports"][()], group["forces"][()], group["prescribed"][()], strict=True)
-    return [LoadCase(name, *rest, role=role) for name, role, rest in zip(names, roles, arrays, strict=True)]
+    cases = [LoadCase(name, *rest, role=role) for name, role, rest in zip(names, roles, arrays, strict=True)]
+    times = group["times"][()] if "times" in group else [None] * len(cases)
+    return [replace(case, times=own) for case, own in zip(cases, times, strict=True)]
 
 
 def _write_answers(group: h5py.Group, answers: list[Answer]) -> None:

@@ -70,6 +70,8 @@ class Effect:
     """
 
     name: ClassVar[str] = ""  #: what a scene calls it
+    #: Whether it acts from outside, as weights and contact do, and not by the springs: then a reference obeys it too.
+    acts_from_outside: ClassVar[bool] = False
     #: Whether small displacements may take its expansion at rest; where that would be another physics it is refused.
     has_expansion_at_rest: ClassVar[bool] = True
     #: Whether its potential is a law of the springs, in proportion to the stiffness of each.

@@ -17,6 +17,7 @@ class Gravity(Effect):
     """The weight of the nodes: mass times acceleration."""
 
     name = "gravity"
+    acts_from_outside = True
     acceleration: Sequence[float]  #: [length / time^2], one number for each axis
     mass: float | Sequence[float] | None = (
         None  #: of each node, one number for all or one for each; 1 if nothing is said

@@ -51,7 +51,7 @@ def group_by_supports(
     terms: Terms,
     cases: Sequence[LoadCase],
     *,
-    kinematics: str = "nonlinear",
+    kinematics: str = "exact",
     engine: str | None = None,
 ) -> tuple[Group, ...]:
     """One group for each set of supports, in the order of their first load case; options as in `choose`."""

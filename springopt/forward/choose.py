@@ -38,7 +38,7 @@ from springopt.forward.solver import Solver
 from springopt.forward.sparse import SparseEngine
 
 ENGINES = ("lanes", "sparse", "iterative")
-KINEMATICS = ("nonlinear", "linear")
+KINEMATICS = ("exact", "linear")
 
 LANES_WORK = 1e7
 BAND_WORK = 2e11
@@ -57,7 +57,7 @@ class Choice:
     why: str  #: one sentence
 
 
-def choose(plan: Plan, kinematics: str = "nonlinear", engine: str | None = None) -> Choice:
+def choose(plan: Plan, kinematics: str = "exact", engine: str | None = None) -> Choice:
     """The engine for one set of supports; `engine` asks for one by name."""
     unknowns, width = len(plan.first) * plan.dimension, half_bandwidth(plan)
     name, why = _by_size(unknowns, width, kinematics)

@@ -14,6 +14,7 @@ from springopt.errors import UserError, did_you_mean
 from springopt.lattice import SpringLattice
 from springopt.load_case import LoadCase
 from springopt.nodal_volumes import nodal_volumes
+from springopt.reference.body_among_effects import BodyAmongEffects, LinearBody
 from springopt.reference.body_forces import body_forces, checked_effects
 from springopt.reference.discretization import discretize, mass_matrix
 from springopt.reference.elastic_body import ElasticBody
@@ -51,12 +52,13 @@ class FemReference:
     thickness: float = field(default=1.0, kw_only=True)  #: at rest [length], without meaning in 3D
     law: str = field(default="linear", kw_only=True)  #: "linear", "saint-venant-kirchhoff" or "neo-hookean"
     formulation: str = field(default="standard", kw_only=True)  #: "standard" or "b-bar"
-    #: What acts beside the load cases, by its constant nodal forces; what an effect does to springs is not the body's.
+    #: What acts from outside, as weights and contact; what an effect does to springs is not the body's.
     effects: Sequence[Effect] = field(default=(), kw_only=True)
     density: float | None = field(default=None, kw_only=True)  #: [mass / length^3], which motion needs
     mass_damping: float = field(default=0.0, kw_only=True)  #: times the mass matrix [1 / time]
     stiffness_damping: float = field(default=0.0, kw_only=True)  #: times the stiffness matrix [time]
     lumped: bool = field(default=False, kw_only=True)  #: whether the mass is in the nodes alone
+    _lattice: SpringLattice = field(init=False, repr=False)
     _effect_forces: Floats = field(init=False, repr=False)  #: the effects' nodal forces [force], shape (n, d)
     #: One factor for each set of supports, kept because load cases share them.
     _factors: dict[bytes, Factor] = field(default_factory=dict, init=False, repr=False)
@@ -68,6 +70,7 @@ class FemReference:
         object.__setattr__(self, "mesh", (nodes, cells, cell_type))
         self._check_options()
         object.__setattr__(self, "effects", checked_effects(self.effects))
+        object.__setattr__(self, "_lattice", lattice)
         object.__setattr__(self, "_effect_forces", body_forces(lattice, self.effects))
 
     def deform(self, case: LoadCase) -> Floats:
@@ -82,7 +85,7 @@ class FemReference:
         if case.times is not None:
             return nodes + self._motion(case, loads)
         self._require_supports(case)
-        if self.law == "linear":
+        if self.law == "linear" and not self._surroundings.potentials:
             return nodes + self._small_displacements(case, loads)
         return nodes + self._large_displacements(case, loads)
 
@@ -93,6 +96,12 @@ class FemReference:
         elements = MeanDilatationElements if self.formulation == "b-bar" else StandardElements
         discretization = discretize(nodes, cells, cell_type)
         return ElasticBody(elements(discretization, self._material.law(self.law)), len(nodes), self._thickness)
+
+    @cached_property
+    def _surroundings(self) -> BodyAmongEffects:
+        """The body, and what touches it."""
+        body = LinearBody(self.stiffness_matrix) if self.law == "linear" else self.body
+        return BodyAmongEffects.of(body, self._lattice, self.effects)
 
     @cached_property
     def stiffness_matrix(self) -> csc_matrix:
@@ -127,7 +136,7 @@ class FemReference:
         """Shape (n, d)."""
         acting = np.where(case.free, loads, 0.0)  # a force on a support must not loosen the tolerance
         size = float(np.ptp(self.mesh[0], axis=0).max())
-        return FiniteStrain(self.body, case, acting, self.stiffness_matrix, size).displacements()
+        return FiniteStrain(self._surroundings, case, acting, self.stiffness_matrix, size).displacements()
 
     def _factor(self, case: LoadCase) -> Factor:
         key = case.supports.tobytes()
@@ -156,6 +165,11 @@ class FemReference:
             raise UserError(
                 f"Load case {case.name!r} has times, but the law {self.law!r} knows equilibria only; take the law "
                 "'linear', or leave the times out."
+            )
+        if self._surroundings.potentials:
+            raise UserError(
+                f"Load case {case.name!r} has times, and the finite element reference knows contact in equilibrium "
+                "only; leave one of the two out."
             )
         return self._vibration.displacements(case, loads, self._rigid_mode_count(case))
 

@@ -8,7 +8,7 @@ from scipy.sparse import csc_matrix
 from springopt.checks import Booleans, Floats
 from springopt.errors import UserError
 from springopt.load_case import LoadCase
-from springopt.reference.elastic_body import ElasticBody
+from springopt.reference.body_among_effects import BodyAmongEffects
 from springopt.reference.factor import Factor
 
 #: The share of the load in the first step; steps double when Newton's method converges, and halve when it fails.
@@ -41,7 +41,7 @@ class FiniteStrain:
     a step may be found behind the snap, as it would be after a fall.
     """
 
-    body: ElasticBody
+    body: BodyAmongEffects
     case: LoadCase
     loads: Floats  #: of the load case and the effects [force], zero where something is held, shape (n, d)
     stiffness: csc_matrix  #: the tangent at rest [force / length], shape (n d, n d)
@@ -69,13 +69,14 @@ class FiniteStrain:
         return _Equilibrium(0.0, rest, self._factor(self.stiffness))
 
     def _step(self, last: _Equilibrium, share: float) -> _Equilibrium:
+        body = self.body.under(share)
         u = self._predicted(last, share)
         rounding = ROUNDING * self.stiffness.diagonal().max() * self.size
         for _ in range(MOST_ITERATIONS):
-            factor = self._factor(self.body.tangent(u))
+            factor = self._factor(body.tangent(u))
             if factor is not None and not factor.is_positive_definite:
                 raise _StepFails("it becomes unstable")
-            forces = self.body.internal_forces(u)
+            forces = body.internal_forces(u)
             residual = share * self.loads - forces
             scale = max(np.linalg.norm(share * self.loads), np.linalg.norm(forces))
             if np.linalg.norm(residual[self.free]) <= TOLERANCE * scale + rounding:
@@ -86,9 +87,10 @@ class FiniteStrain:
     def _predicted(self, last: _Equilibrium, share: float) -> Floats:
         """Along the tangent of the last equilibrium, the supports moved to where they are to be."""
         moved = (share - last.share) * self.case.prescribed
-        residual = share * self.loads - self.body.internal_forces(last.displacements)
+        body = self.body.under(share)
+        residual = share * self.loads - body.internal_forces(last.displacements)
         if moved.any():
-            residual = residual - (self.body.tangent(last.displacements) @ moved.ravel()).reshape(moved.shape)
+            residual = residual - (body.tangent(last.displacements) @ moved.ravel()).reshape(moved.shape)
         u = last.displacements + moved + self._solved(last.factor, residual)
         if not self.body.is_admissible(u):
             raise _StepFails("an element turns inside out")
@@ -100,7 +102,7 @@ class FiniteStrain:
         for _ in range(MOST_HALVINGS):
             there = u + length * direction
             if self.body.is_admissible(there):
-                left = np.sum((share * self.loads - self.body.internal_forces(there)) * direction)
+                left = np.sum((share * self.loads - self.body.under(share).internal_forces(there)) * direction)
                 if abs(left) <= (1.0 - length / 10) * slope:
                     return there
             length /= 2

@@ -51,6 +51,7 @@ def build_model(scene: Scene, lattice: SpringLattice, *, threads: int = 1) -> Mo
         branch=scene.branch,
         threads=threads,
         fitted=scene.encoding.fitted,
+        stepping=None if scene.stepping is None else scene.stepping.build(),
     )
 
 

@@ -3,10 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field, PlainValidator, ValidationInfo, field_validator, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    PlainValidator,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 
 from springopt.checks import Booleans, Floats
 from springopt.errors import SceneError
@@ -133,6 +142,30 @@ class LoadCaseTable(FittingTable):
         return prescribed
 
 
+class EvenTimes(Table):
+    """So many times, evenly spaced from after 0 until the last one."""
+
+    until: Annotated[float, Field(gt=0)]
+    count: Annotated[int, Field(gt=0)]
+
+
+def _times(value: Any) -> Any:
+    """`times = { until = 2.0, count = 20 }` is short for the list."""
+    if isinstance(value, dict):
+        table = EvenTimes.model_validate(value)
+        return [table.until * number / table.count for number in range(1, table.count + 1)]
+    return value
+
+
+def _ascending(times: list[float]) -> list[float]:
+    if not all(before < after for before, after in pairwise([0.0, *times])):
+        raise fault(f"should ascend from above 0, but is {times}")
+    return times
+
+
+Times = Annotated[list[float], Field(min_length=1), BeforeValidator(_times), AfterValidator(_ascending)]
+
+
 class LoadCasesTable(Table):
     """Load cases to learn from, and load cases that only judge what was learned."""
 
@@ -140,6 +173,8 @@ class LoadCasesTable(Table):
     test: list[LoadCaseTable] = Field(default_factory=list)
     #: Multiplies every force and prescribed displacement: one number to make a scene gentler or harder.
     scale: Annotated[float, Field(gt=0)] = 1.0
+    #: When motion is looked at; without times load cases are static.
+    times: Times | None = None
 
     @model_validator(mode="after")
     def _names_differ(self) -> LoadCasesTable:
@@ -152,8 +187,9 @@ class LoadCasesTable(Table):
     def build(self, lattice: SpringLattice) -> list[LoadCase]:
         tables: list[tuple[LoadCaseTable, Literal["train", "test"]]]
         tables = [(case, "train") for case in self.train] + [(case, "test") for case in self.test]
-        return [_scaled(table.build(lattice, role), self.scale) for table, role in tables]
+        return [_scaled(table.build(lattice, role), self.scale, self.times) for table, role in tables]
 
 
-def _scaled(case: LoadCase, scale: float) -> LoadCase:
-    return replace(case, forces=scale * case.forces, prescribed=scale * case.prescribed)
+def _scaled(case: LoadCase, scale: float, times: list[float] | None) -> LoadCase:
+    moment = None if times is None else np.array(times)
+    return replace(case, forces=scale * case.forces, prescribed=scale * case.prescribed, times=moment)

@@ -14,10 +14,12 @@ from springopt.lattice import SpringLattice
 from springopt.scene.table import FittingTable, Numbers, Table, fault, lattice_of
 
 if TYPE_CHECKING:
+    from springopt.effects.effect import Effect
     from springopt.model import Model
     from springopt.reference import Reference
 
 Positive = Annotated[float, Field(gt=0)]
+NotNegative = Annotated[float, Field(ge=0)]
 Seed = Annotated[int, Field(ge=0)]
 
 
@@ -33,21 +35,30 @@ class _ReferenceTable(FittingTable):
 
 
 class FemTable(_ReferenceTable):
-    """Linear elasticity on the cells of the lattice."""
+    """Elasticity on the cells of the lattice, at small or large strain; what acts from outside acts on it too."""
 
     kind: Literal["fem"]
     young: Positive
     poisson: float
     plane: Literal["stress", "strain"] = "stress"
     thickness: Positive = 1.0
+    law: Literal["linear", "saint-venant-kirchhoff", "neo-hookean"] = "linear"
+    formulation: Literal["standard", "b-bar"] = "standard"
+    density: Positive | None = None
+    mass_damping: NotNegative = 0.0
+    stiffness_damping: NotNegative = 0.0
+    lumped: bool = False
 
     def build(self, model: Model) -> Reference:
-        return self.try_on(model.lattice)
+        return self._reference(model.lattice, [effect for effect in model.effects if effect.acts_from_outside])
 
     def try_on(self, lattice: SpringLattice) -> Reference:
+        return self._reference(lattice, [])
+
+    def _reference(self, lattice: SpringLattice, effects: list[Effect]) -> Reference:
         from springopt.reference.fem import FemReference
 
-        return FemReference(lattice, **self.model_dump(exclude={"kind", "noise"}))
+        return FemReference(lattice, effects=effects, **self.model_dump(exclude={"kind", "noise"}))
 
 
 class _SpringsTable(_ReferenceTable):

@@ -4,22 +4,28 @@ from __future__ import annotations
 
 import hashlib
 import json
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field, model_validator
 
 from springopt.scene.effect_tables import GravityTable
 from springopt.scene.encoding_tables import EncodingTable
 from springopt.scene.lattice_tables import LatticeTable
 from springopt.scene.load_case_tables import LoadCasesTable
 from springopt.scene.reference_tables import ReferenceTable
-from springopt.scene.table import Table
+from springopt.scene.table import Table, fault
 
 if TYPE_CHECKING:
+    from springopt.forward.stepping import Stepping
     from springopt.scene.build import Setup
 
 Positive = Annotated[float, Field(gt=0)]
 PositiveCount = Annotated[int, Field(gt=0)]
+
+
+def _as_it_is_called_now(kinematics: Any) -> Any:
+    """Exact kinematics were called nonlinear; scenes and run files of then stay good."""
+    return "exact" if kinematics == "nonlinear" else kinematics
 
 
 class ObjectiveTable(Table):
@@ -39,6 +45,19 @@ class BudgetTable(Table):
     target: float | None = None
 
 
+class SteppingTable(Table):
+    """How motion goes on in time, where load cases have times."""
+
+    step: Positive
+    integrator: Literal["energy-momentum", "l-stable"] = "energy-momentum"
+    step_error: Positive | None = None
+
+    def build(self) -> Stepping:
+        from springopt.forward.stepping import Stepping
+
+        return Stepping(**self.model_dump())
+
+
 class Scene(Table):
     """A checked scene, complete in itself: what it extends is merged in, and mesh files are read."""
 
@@ -46,8 +65,9 @@ class Scene(Table):
     title: str
     group: str | None = None
     lattice: LatticeTable
-    kinematics: Literal["nonlinear", "linear"] = "nonlinear"
+    kinematics: Annotated[Literal["exact", "linear"], BeforeValidator(_as_it_is_called_now)] = "exact"
     engine: Literal["lanes", "sparse", "iterative"] | None = None
+    stepping: SteppingTable | None = None
     branch: Literal["minimum", "followed"] = "minimum"
     effects: list[GravityTable] = Field(default_factory=list)
     load_cases: LoadCasesTable
@@ -56,6 +76,14 @@ class Scene(Table):
     objective: ObjectiveTable = ObjectiveTable()
     budget: BudgetTable = BudgetTable()
     optimizers: dict[str, dict[str, Any]] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _times_and_steps_belong_together(self) -> Self:
+        if self.load_cases.times is not None and self.stepping is None:
+            raise fault("has load cases with times, but no [stepping]; state a step there, or leave the times out")
+        if self.load_cases.times is None and self.stepping is not None:
+            raise fault("has [stepping], but its load cases have no times; give load_cases.times, or leave it out")
+        return self
 
     def build(self, *, threads: int = 1) -> Setup:
         """The lattice, load cases, reference positions, model, encoding and objective that the scene states.

@@ -177,7 +177,7 @@ def test_an_engine_is_had_by_name_and_another_name_is_refused():
     assert "was asked for" in group.choice.why
     with pytest.raises(so.UserError, match="engine must be one of lanes, sparse, iterative, not 'spars'"):
         so.Model(GRID, engine="spars")
-    with pytest.raises(so.UserError, match="kinematics must be one of nonlinear, linear"):
+    with pytest.raises(so.UserError, match="kinematics must be one of exact, linear"):
         so.Model(GRID, kinematics="quadratic")
 
 

@@ -27,11 +27,11 @@ def test_every_load_case_is_explained_once_by_what_solves_it():
     for note, group in zip(explanation.supports, setup.model.groups(setup.cases), strict=True):
         assert note.why == group.choice.why
         assert note.unknowns == np.count_nonzero(setup.cases[group.cases[0]].free)
-    assert (explanation.nodes, explanation.springs, explanation.kinematics) == (25, 72, "nonlinear")
+    assert (explanation.nodes, explanation.springs, explanation.kinematics) == (25, 72, "exact")
     assert [effect.name for effect in explanation.effects] == ["springs"]
 
 
-@pytest.mark.parametrize(("kinematics", "engine"), [("nonlinear", "sparse"), ("linear", "linear")])
+@pytest.mark.parametrize(("kinematics", "engine"), [("exact", "sparse"), ("linear", "linear")])
 def test_size_kinematics_and_effects_show(tmp_path, kinematics, engine):
     (tmp_path / "big.toml").write_text(BIG.format(kinematics=kinematics))
     explanation = explain(load_scene(tmp_path / "big.toml"))
