@@ -1,4 +1,4 @@
-"""The types that an option may have: bool, int, float, str, a choice of words, a list, each or None."""
+"""The types that an option may have: bool, int, float, str, a choice of words, a list, a table, each or None."""
 
 from __future__ import annotations
 
@@ -23,9 +23,13 @@ def describe_type(annotation: Any) -> str:
         return " or ".join(repr(choice) for choice in get_args(annotation))
     if get_origin(annotation) in (Union, UnionType):
         return " or ".join(describe_type(member) for member in get_args(annotation))
+    if get_origin(annotation) is Mapping and get_args(annotation)[0] is str:
+        return f"a table, each {describe_type(get_args(annotation)[1])}"
     if get_origin(annotation) in _LISTS:
         return f"a list, each {describe_type(_item(annotation))}"
-    raise PluginError(f"an option can't have the type {annotation}; use bool, int, float, str, Literal or a tuple.")
+    raise PluginError(
+        f"an option can't have the type {annotation}; use bool, int, float, str, Literal, a tuple or a Mapping."
+    )
 
 
 def read_option(name: str, annotation: Any, value: Any) -> Any:
@@ -54,6 +58,8 @@ def _read(annotation: Any, value: Any, readers: Mapping[Any, Reader]) -> Any:
     if origin in _LISTS:
         items = readers[list](value)
         return tuple(_read(_item(annotation), item, readers) for item in items)
+    if origin is Mapping:
+        return {key: _read(get_args(annotation)[1], item, readers) for key, item in readers[dict](value).items()}
     describe_type(annotation)  # refuses the type
     raise ValueError
 
@@ -97,6 +103,7 @@ _READERS: dict[Any, Reader] = {
     str: lambda value: _require(value, isinstance(value, str)),
     NoneType: lambda value: _require(None, value is None),
     list: lambda value: _require(value, isinstance(value, list | tuple)),
+    dict: lambda value: _require(value, isinstance(value, Mapping)),
     Literal: _choice,
 }
 
@@ -106,6 +113,12 @@ def _or_text(kind: Any, parse: Reader) -> Reader:
     return lambda value: parse(value) if isinstance(value, str) else _READERS[kind](value)
 
 
+def _pair(text: str) -> tuple[str, str]:
+    """key:value, as in "straight:1.1"."""
+    key, colon, value = text.rpartition(":")
+    return _require((key, value), bool(colon))
+
+
 _TEXT_READERS: dict[Any, Reader] = {
     bool: _or_text(bool, lambda text: _require(text.lower() == "true", text.lower() in ("true", "false"))),
     int: _or_text(int, int),
@@ -113,5 +126,6 @@ _TEXT_READERS: dict[Any, Reader] = {
     str: _READERS[str],
     NoneType: _or_text(NoneType, lambda text: _require(None, text == "none")),
     list: _or_text(list, lambda text: text.split(",")),
+    dict: _or_text(dict, lambda text: dict(_pair(item) for item in text.split(","))),
     Literal: lambda pair: pair[0] if pair[1] == str(pair[0]) else _choice(pair),
 }

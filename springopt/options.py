@@ -65,9 +65,7 @@ def make_optimizer(optimizer: type[Optimizer], options: Mapping[str, Any] | None
     return make_plugin(optimizer, optimizer.name, options_of(optimizer), options or {})
 
 
-def make_plugin(
-    plugin: type[Plugin], name: str, declared: tuple[Option, ...], options: Mapping[str, Any]
-) -> Plugin:
+def make_plugin(plugin: type[Plugin], name: str, declared: tuple[Option, ...], options: Mapping[str, Any]) -> Plugin:
     """The same of any plugin; UserError also where a required option is not given."""
     known = {option.name: option for option in declared}
     values = {}
