@@ -12,8 +12,8 @@ from importlib.metadata import Distribution, EntryPoint, entry_points
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from springopt.errors import PluginError, did_you_mean
-from springopt.option_types import describe_type
 from springopt.optimizer import Optimizer
+from springopt.option_types import describe_type
 from springopt.options import Option, declared_options, options_of
 
 if TYPE_CHECKING:

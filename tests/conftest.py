@@ -1,7 +1,6 @@
 """Settings of all tests."""
 
 import os
-import sys
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 
-from springopt.scene.effect_tables import GravityTable
+from springopt.scene.effect_tables import EffectTable
 from springopt.scene.encoding_tables import EncodingTable
 from springopt.scene.lattice_tables import LatticeTable
 from springopt.scene.load_case_tables import LoadCasesTable
@@ -49,7 +49,7 @@ class Scene(Table):
     kinematics: Literal["nonlinear", "linear"] = "nonlinear"
     engine: Literal["lanes", "sparse", "iterative"] | None = None
     branch: Literal["minimum", "followed"] = "minimum"
-    effects: list[GravityTable] = Field(default_factory=list)
+    effects: list[EffectTable] = Field(default_factory=list)
     load_cases: LoadCasesTable
     reference: ReferenceTable
     encoding: EncodingTable

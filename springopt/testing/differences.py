@@ -1,4 +1,4 @@
-"""Derivatives by Richardson's differences, two of different steps, so that a kink or rounding spoils one of them alone."""
+"""Derivatives by Richardson's differences, by two steps, so that a kink or rounding spoils one of them alone."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ STEPS = (2e-3, 2e-4)
 
 
 def differences(function: Callable[[Floats], Floats], point: Floats) -> tuple[Floats, ...]:
-    """Of a function of rows (l, x) -> (l, ...), its derivatives at a point (x,), shape (x, ...), by each of the steps."""
+    """By each step, the derivatives at a point (x,) of a function of rows (l, x) -> (l, ...), shape (x, ...)."""
     return tuple(_richardson(function, point, step) for step in STEPS)
 
 
 def worst(claimed: Floats, estimates: tuple[Floats, ...], scale: float) -> float:
-    """The largest difference of claimed derivatives from the estimates, each from the closer one, as a share of a scale.
+    """The largest difference of claimed derivatives from the closer estimate of each, as a share of a scale.
 
     Infinite where anything is not a number.
     """

@@ -85,8 +85,8 @@ def check_runs_or_refuses_in_a_sentence(effect: EffectSubject, lattice: SpringLa
             continue
         except Exception as error:
             raise AssertionError(
-                f"{ready.name} fails on a lattice of {each.node_count} nodes in {each.dimension}D ({told(error)}); mend "
-                "it, or refuse such a lattice by a UserError in `parameters`."
+                f"{ready.name} fails on a lattice of {each.node_count} nodes in {each.dimension}D ({told(error)}); "
+                "mend it, or refuse such a lattice by a UserError in `parameters`."
             ) from error
     for trial in kernels(ready, lattice):
         try:
@@ -310,8 +310,8 @@ def check_expands_at_rest_as_claimed(effect: EffectSubject, lattice: SpringLatti
         noise = ROUNDING * _largest(rest.forces, rest.blocks * trial.body.size)
         require(
             max(left[1:]) <= 1e-4 * left[0] + noise,
-            f"{trial.what} has no expansion at rest, where its forces have a kink or other derivatives than its blocks; "
-            "say has_expansion_at_rest = False.",
+            f"{trial.what} has no expansion at rest, where its forces have a kink or other derivatives than its "
+            "blocks; say has_expansion_at_rest = False.",
         )
 
 
@@ -325,8 +325,8 @@ def check_depends_on_the_stiffness_as_claimed(effect: EffectSubject, lattice: Sp
         if not ready.scales_with_stiffness:
             require(
                 bool(np.array_equal(forces, other)),
-                f"{trial.what} depends on the stiffness of the springs; say scales_with_stiffness = True if it is a law "
-                "of theirs, else leave the stiffness out.",
+                f"{trial.what} depends on the stiffness of the springs; say scales_with_stiffness = True if it is a "
+                "law of theirs, else leave the stiffness out.",
             )
             continue
         none, both = (
@@ -345,8 +345,8 @@ def check_depends_on_the_stiffness_as_claimed(effect: EffectSubject, lattice: Sp
             _largest(none) == 0.0
             and _largest(both - forces - other) <= ROUNDING * scale
             and _largest(assembled.reshape(stated.shape) - stated) <= ROUNDING * scale,
-            f"{trial.what} is no law of the springs, in proportion to the stiffness of each and of its two nodes alone; "
-            "say scales_with_stiffness = False, or make it so.",
+            f"{trial.what} is no law of the springs, in proportion to the stiffness of each and of its two nodes "
+            "alone; say scales_with_stiffness = False, or make it so.",
         )
 
 
@@ -401,7 +401,7 @@ def check_fitting_changes_no_force(effect: EffectSubject, lattice: SpringLattice
 
 
 def check_rigid_motions_cost_nothing(effect: EffectSubject, lattice: SpringLattice | None = None) -> None:
-    """Where it claims to be invariant, net force and torque are zero, and moving or turning the body dissipates nothing."""
+    """Where it claims to be invariant, net force and torque are zero, and rigid motions dissipate nothing."""
     ready = _ready(effect)
     for body in bodies_of(ready, lattice):
         forces = ready.constant_forces(body.lattice)

@@ -95,7 +95,13 @@ def call(
     return energy, forces, tangent
 
 
-_INPUTS = ("the nodes", "its integers", "its numbers", "the stiffness", "the values", "the places") + (
+_INPUTS = (
+    "the nodes",
+    "its integers",
+    "its numbers",
+    "the stiffness",
+    "the values",
+    "the places",
     "the displacements",
     "the velocities",
 )
