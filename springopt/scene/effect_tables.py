@@ -32,8 +32,10 @@ class EffectTable(FittingTable):
     @model_validator(mode="before")
     @classmethod
     def _options_of_its_kind(cls, table: Any) -> Any:
-        if not isinstance(table, dict) or not isinstance(table.get("kind"), str):
+        if not isinstance(table, dict):
             return table
+        if not isinstance(table.get("kind"), str):
+            return {key: table[key] for key in table if key == "kind"}  # nothing can be said of its options
         kind = table["kind"]
         given = {name: value for name, value in table.items() if name != "kind"}
         declared = _declared(kind)

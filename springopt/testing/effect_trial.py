@@ -154,7 +154,18 @@ def kernels(effect: Effect, lattice: SpringLattice | None) -> Iterator[KernelTri
 def lattice_with_its_rest_lengths(effect: Effect, lattice: SpringLattice, fitted: frozenset[str]) -> SpringLattice:
     """The lattice as the effect leaves it."""
     rest_lengths = effect.rest_lengths(lattice, fitted)
-    return lattice if rest_lengths is None else replace(lattice, rest_lengths=rest_lengths)
+    try:
+        return lattice if rest_lengths is None else replace(lattice, rest_lengths=rest_lengths)
+    except UserError as error:
+        raise NotJudged(f"the rest lengths of {effect.name} have another fault ({error}); mend that first.") from error
+
+
+def constant_forces(effect: Effect, lattice: SpringLattice, fitted: frozenset[str] = NOT_FITTED) -> Floats | None:
+    """Its constant forces, shape (n, d), or None; raises NotJudged for another shape."""
+    forces = effect.constant_forces(lattice, fitted)
+    if forces is not None and np.shape(forces) != lattice.nodes.shape:
+        raise NotJudged(f"the constant forces of {effect.name} have another shape than (n, d); mend that first.")
+    return forces
 
 
 def matrix(kernel: Kernel, blocks: Floats, node_count: int) -> Floats:
