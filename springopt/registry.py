@@ -107,7 +107,7 @@ class _Registry(Generic[Plugin]):
                 f"({type(error).__name__}: {error}); mend or uninstall that distribution."
             ) from error
         base: Any = self.base()
-        if not (isinstance(plugin, type) and issubclass(plugin, base) and plugin.name == entry.name):
+        if not (isinstance(plugin, type) and issubclass(plugin, base) and getattr(plugin, "name", None) == entry.name):
             raise PluginError(
                 f"{entry.value} of {_distribution(entry)} is no {base.__name__} with the name {entry.name!r}, "
                 "as its entry point says; mend or uninstall that distribution."

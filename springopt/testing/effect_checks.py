@@ -182,7 +182,7 @@ def check_masses_are_linear_in_the_parameters(effect: EffectSubject, lattice: Sp
         several = ready.masses(body.lattice, {name: factors * values for name, values in parameters.items()})
         _require_array(f"{what}, for parameters of shape (3, 2, k),", several, (3, 2, body.lattice.node_count))
         require(
-            np.allclose(several, factors * masses, rtol=ROUNDING, atol=0.0),
+            np.allclose(np.asarray(several), factors * masses, rtol=ROUNDING, atol=0.0),
             f"{what} should be linear in the parameters: twice as large where all of these are doubled.",
         )
 
@@ -334,8 +334,9 @@ def check_depends_on_the_stiffness_as_claimed(effect: EffectSubject, lattice: Sp
             ready, apart, trial.states.displacements, values=trial.values, fitted=trial.fitted, is_linear=False
         )
         assembled = np.zeros((len(pulls), *apart.nodes.shape))
-        np.add.at(assembled, (slice(None), apart.springs[:, 0]), -stiffness[:, :, None] * pulls)
-        np.add.at(assembled, (slice(None), apart.springs[:, 1]), stiffness[:, :, None] * pulls)
+        for lane, tensions in enumerate(stiffness[:, :, None] * pulls):
+            np.subtract.at(assembled[lane], apart.springs[:, 0], tensions)
+            np.add.at(assembled[lane], apart.springs[:, 1], tensions)
         stated = trial.answers(trial.states._replace(values=np.tile(trial.values, (len(pulls), 1)))).forces
         require(
             _largest(none) == 0.0
@@ -362,8 +363,8 @@ def check_derivatives_by_parameters(effect: EffectSubject, lattice: SpringLattic
                     values=state.values,
                     is_linear=False,
                 )
-            except AttributeError as error:
-                raise AssertionError(f"{error}; override `force_derivatives`.") from error
+            except AttributeError as missing:
+                raise AssertionError(f"{missing}; override `force_derivatives`.") from missing
             _require_array(f"force_derivatives of {trial.what}", claimed, (len(trial.values), trial.lattice.nodes.size))
             estimates = differences(
                 lambda rows, trial=trial, lane=lane: trial.at(lane, values=rows).forces,  # type: ignore[misc]
@@ -608,6 +609,6 @@ def _rigid_motions(effect: Effect, positions: Floats) -> list[tuple[str, Floats]
     return motions
 
 
-def _largest(*arrays: object) -> float:
+def _largest(*arrays: Floats | float) -> float:
     """The largest magnitude in arrays or numbers; 0 where there are none."""
-    return max((float(np.max(np.abs(array), initial=0.0)) for array in arrays), default=0.0)  # type: ignore[arg-type]
+    return max((float(np.max(np.abs(array), initial=0.0)) for array in arrays), default=0.0)
