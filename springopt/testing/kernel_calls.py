@@ -75,7 +75,7 @@ def call(
     d, n = lattice.dimension, lattice.node_count
     outside = 2 * (tangent_rows + GUARD - d * d)
     all_places = np.concatenate([places, np.full(GUARD, outside, dtype=np.int64)])
-    inputs = [lattice.nodes, kernel.integers, kernel.numbers]
+    inputs = [np.ascontiguousarray(lattice.nodes), kernel.integers, kernel.numbers]
     inputs += [np.ascontiguousarray(states.stiffness.T), np.ascontiguousarray(states.values.T), all_places]
     inputs += [np.ascontiguousarray(states.displacements.T), np.ascontiguousarray(states.velocities.T)]
     outputs = [_guarded(rows, before) for rows in (n * d, tangent_rows, 1)]
