@@ -1,4 +1,4 @@
-"""The options of an optimizer: read off its fields, and set from a scene or the command line."""
+"""The options of a plugin: read off its fields, and set from a scene or the command line."""
 
 from __future__ import annotations
 
@@ -7,37 +7,54 @@ import inspect
 import io
 import tokenize
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import MISSING, dataclass, fields, is_dataclass
 from textwrap import dedent
-from typing import Any, get_type_hints
+from typing import Any, TypeVar, get_type_hints
 
 from springopt.errors import PluginError, UserError, did_you_mean
 from springopt.optimizer import Optimizer
 from springopt.option_types import describe_type, read_option
 
+Plugin = TypeVar("Plugin")
+
 
 @dataclass(frozen=True)
 class Option:
-    """One option of an optimizer."""
+    """One option of an optimizer or of an effect."""
 
     name: str
     type: Any  #: the field's annotation, resolved
-    default: Any
+    default: Any  #: `dataclasses.MISSING` where the option must be given
     explanation: str  #: what follows `#:` behind the field, or above it
 
     @property
     def type_name(self) -> str:
         return describe_type(self.type)
 
+    @property
+    def is_required(self) -> bool:
+        return self.default is MISSING
+
+
+def declared_options(plugin: type) -> tuple[Option, ...]:
+    """The options of a dataclass in the order of its fields."""
+    types = get_type_hints(plugin)
+    explanations = _explanations(plugin)
+    return tuple(
+        Option(field.name, types[field.name], _default(field), explanations.get(field.name, ""))
+        for field in fields(plugin)
+    )
+
 
 def options_of(optimizer: type[Optimizer]) -> tuple[Option, ...]:
-    """The options of an optimizer in the order of its fields."""
-    types = get_type_hints(optimizer)
-    explanations = _explanations(optimizer)
-    return tuple(
-        Option(field.name, types[field.name], _default(optimizer, field), explanations.get(field.name, ""))
-        for field in fields(optimizer)
-    )
+    """The options of an optimizer, each with its default. Raises PluginError for one that has none."""
+    options = declared_options(optimizer)
+    for option in options:
+        if option.is_required:
+            raise PluginError(
+                f"option {option.name} of optimizer {optimizer.name} has no default; every option needs one."
+            )
+    return options
 
 
 def make_optimizer(optimizer: type[Optimizer], options: Mapping[str, Any] | None = None) -> Optimizer:
@@ -45,30 +62,33 @@ def make_optimizer(optimizer: type[Optimizer], options: Mapping[str, Any] | None
 
     Raises UserError for an unknown option or a value of another type.
     """
-    known = {option.name: option for option in options_of(optimizer)}
+    return make_plugin(optimizer, optimizer.name, options_of(optimizer), options or {})
+
+
+def make_plugin(plugin: type[Plugin], name: str, declared: tuple[Option, ...], options: Mapping[str, Any]) -> Plugin:
+    """The same of any plugin; UserError also where a required option is not given."""
+    known = {option.name: option for option in declared}
     values = {}
-    for name, value in (options or {}).items():
-        if name not in known:
+    for given, value in options.items():
+        if given not in known:
             raise UserError(
-                f"{optimizer.name} has no option {name!r}; it has {', '.join(known) or 'none'}."
-                f"{did_you_mean(name, known)}"
+                f"{name} has no option {given!r}; it has {', '.join(known) or 'none'}.{did_you_mean(given, known)}"
             )
-        values[name] = read_option(f"option {name} of {optimizer.name}", known[name].type, value)
-    return optimizer(**values)
+        values[given] = read_option(f"option {given} of {name}", known[given].type, value)
+    for option in declared:
+        if option.is_required and option.name not in values:
+            raise UserError(f"{name} needs its option {option.name}, {option.type_name}; set it.")
+    return plugin(**values)
 
 
-def _default(optimizer: type[Optimizer], field: Any) -> Any:
-    if field.default is not MISSING:
-        return field.default
-    if field.default_factory is not MISSING:
-        return field.default_factory()
-    raise PluginError(f"option {field.name} of optimizer {optimizer.name} has no default; every option needs one.")
+def _default(field: Any) -> Any:
+    return field.default if field.default_factory is MISSING else field.default_factory()
 
 
-def _explanations(optimizer: type[Optimizer]) -> dict[str, str]:
+def _explanations(plugin: type) -> dict[str, str]:
     explanations: dict[str, str] = {}
-    for base in reversed(optimizer.__mro__):
-        if issubclass(base, Optimizer):
+    for base in reversed(plugin.__mro__):
+        if is_dataclass(base):
             explanations |= _explanations_in(base)
     return explanations
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from springopt.testing import check_optimizer
+from springopt.testing import check_effect, check_optimizer
 
 ROOT = Path(__file__).parents[1]
 
@@ -31,6 +31,14 @@ def test_the_optimizer_in_the_documentation_keeps_the_contract(tmp_path: Path, m
     from my_package import HillClimber  # type: ignore[import-not-found]
 
     check_optimizer(HillClimber())
+
+
+def test_the_effect_in_the_documentation_keeps_the_contract(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "windy_package.py").write_text(python_blocks("docs/effects-of-your-own.md")[0], encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    from windy_package import Wind  # type: ignore[import-not-found]
+
+    check_effect(Wind((1.0, 0.5)))
 
 
 def test_every_page_that_is_linked_exists() -> None:

@@ -4,10 +4,12 @@ from importlib.metadata import EntryPoint
 import pytest
 
 from springopt import registry
+from springopt.effects.effect import Effect
+from springopt.effects.gravity import Gravity
 from springopt.errors import PluginError
 from springopt.optimizer import Optimizer
 from springopt.random_search import RandomSearch
-from springopt.registry import load_optimizer, optimizers
+from springopt.registry import distribution_of, effects, load_effect, load_optimizer, optimizers
 
 
 def entry(name, value, distribution="springopt-strange"):
@@ -81,3 +83,25 @@ def test_of_two_distributions_with_one_name_always_the_same_has_it(install):
     for order in (entries, entries[::-1]):
         install(*order)
         assert load_optimizer("random-search") is RandomSearch
+
+
+def test_the_core_s_effects_are_entry_points_likewise():
+    assert effects()["gravity"] is load_effect("gravity") is Gravity
+    assert distribution_of(Gravity).name == "springopt"
+
+
+def test_an_effect_is_refused_in_the_words_of_effects(install):
+    install(entry("gravity", "springopt.effects.gravity:Gravity"), entry("strange", "springopt.errors:UserError"))
+    with pytest.raises(PluginError, match=r"no effect 'gravty'; installed: gravity, strange. Did you mean 'gravity'"):
+        load_effect("gravty")
+    with pytest.raises(PluginError, match="is no Effect with the name 'strange'"):
+        load_effect("strange")
+
+
+def test_an_effect_may_not_have_an_option_that_is_called_kind(install, monkeypatch):
+    body = {"name": "strange", "__annotations__": {"kind": "str"}, "__module__": "springopt.effects.gravity"}
+    strange = dataclasses.dataclass(frozen=True)(type("Strange", (Effect,), body))
+    monkeypatch.setattr("springopt.effects.gravity.Strange", strange, raising=False)
+    install(entry("strange", "springopt.effects.gravity:Strange"))
+    with pytest.raises(PluginError, match="an option can't be called kind"):
+        load_effect("strange")

@@ -22,7 +22,8 @@ def installed(folder: Path, home: Path) -> Callable[..., Any]:
     subprocess.run(build, cwd=folder, check=True, capture_output=True)
     (wheel,) = home.glob("*.whl")
     zipfile.ZipFile(wheel).extractall(home / "site-packages")  # which is all that installing pure Python is
-    environment = os.environ | {"PYTHONPATH": str(home / "site-packages")}
+    paths = [str(home / "site-packages"), *filter(None, [os.environ.get("PYTHONPATH")])]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(paths)}
 
     def command(*arguments: str) -> Any:
         words = [sys.executable, "-c", MAIN, *arguments, "--json"]
@@ -42,6 +43,11 @@ def with_scenes(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Any]:
     return installed(EXAMPLES / "third_party_scenes", tmp_path_factory.mktemp("scenes"))
 
 
+@pytest.fixture(scope="module")
+def with_effect(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Any]:
+    return installed(EXAMPLES / "third_party_effect", tmp_path_factory.mktemp("effect"))
+
+
 class TestOptimizer:
     def test_it_is_listed_with_its_distribution_and_its_options(self, with_optimizer: Callable[..., Any]) -> None:
         entry = next(entry for entry in with_optimizer("list", "optimizers") if entry["name"] == "compass-search")
@@ -56,6 +62,42 @@ class TestOptimizer:
         run = with_optimizer("solve", "paper-fem-2d-two-class", *order)
         assert (run["optimizer"], run["options"]["first"], run["evaluations"]) == ("compass-search", 0.2, 300)
         assert run["objective"] < 0.2
+
+
+SOFT_GROUND = """
+extends = "paper-fem-2d-4"
+title = "On soft ground"
+[[effects]]
+kind = "foundation"
+"""
+
+
+class TestEffect:
+    def test_it_is_listed_with_its_distribution_what_it_brings_and_its_options(
+        self, with_effect: Callable[..., Any]
+    ) -> None:
+        entry = next(entry for entry in with_effect("list", "effects") if entry["name"] == "foundation")
+        assert (entry["distribution"], entry["brings"]) == ("springopt-foundation", ["a potential"])
+        assert [option["name"] for option in entry["options"]] == ["modulus", "sides"]
+
+    def test_it_keeps_the_contract(self, with_effect: Callable[..., Any]) -> None:
+        assert with_effect("check-plugin", "foundation", "--set", "modulus=2", "--set", "sides=bottom,left")["passed"]
+
+    def test_a_scene_is_solved_on_it(self, with_effect: Callable[..., Any], tmp_path: Path) -> None:
+        (tmp_path / "soft.toml").write_text(SOFT_GROUND + "modulus = 2.0\n", encoding="utf-8")
+        explained = with_effect("explain", str(tmp_path / "soft.toml"))
+        assert [effect["name"] for effect in explained["effects"]] == ["springs", "foundation"]
+        order = ("--optimizer", "random-search", "--evaluations", "20")
+        assert with_effect("solve", str(tmp_path / "soft.toml"), *order)["evaluations"] == 20
+
+    def test_its_options_are_checked_like_those_of_the_core(
+        self, with_effect: Callable[..., Any], tmp_path: Path
+    ) -> None:
+        (tmp_path / "soft.toml").write_text(SOFT_GROUND + "modulos = 2.0\n", encoding="utf-8")
+        with pytest.raises(subprocess.CalledProcessError) as caught:
+            with_effect("explain", str(tmp_path / "soft.toml"))
+        fault = "effects[0].modulos is not an option of foundation; remove it. Did you mean 'modulus'?"
+        assert fault in caught.value.stderr
 
 
 class TestScenes:

@@ -15,23 +15,36 @@ from springopt.cli.results import print_table
 from springopt.errors import UserError, did_you_mean
 
 if TYPE_CHECKING:
+    from springopt.effects.effect import Effect
     from springopt.optimizer import Optimizer
+    from springopt.options import Option
+
+#: What an effect may bring, by the method that it overrides.
+BROUGHT = {
+    "constant_forces": "constant forces",
+    "rest_lengths": "rest lengths",
+    "potential": "a potential",
+    "dissipation": "a dissipation",
+    "masses": "masses",
+}
 
 
 @click.command("list", short_help=COMMANDS["list"])
-@click.argument("kind", type=click.Choice(["optimizers", "scenes"]))
+@click.argument("kind", type=click.Choice(["optimizers", "effects", "scenes"]))
 @click.argument("name", required=False)
 @click.option("--floors", is_flag=True, help="With each scene its unknowns, its start and the lowest value known.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of tables.")
 def command(kind: str, name: str | None, floors: bool, as_json: bool) -> None:
-    """List the optimizers or the scenes.
+    """List the optimizers, the effects or the scenes.
 
-    With a NAME: one optimizer's options, one scene's text, or the scenes of one group.
+    With a NAME: the options of one optimizer or effect, one scene's text, or the scenes of one group.
     """
     if kind == "scenes":
         _scenes(name, floors, as_json)
     elif floors:
-        raise UserError("--floors is of scenes, and optimizers have none; leave it out.")
+        raise UserError(f"--floors is of scenes, and {kind} have none; leave it out.")
+    elif kind == "effects":
+        _effects(name, as_json)
     else:
         _optimizers(name, as_json)
 
@@ -45,14 +58,41 @@ def _optimizers(name: str | None, as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps(entries if name is None else entries[0]))
         return
-    from springopt.report.tables import optimizers_table, options_table
+    from springopt.report.tables import optimizers_table
 
     if name is None:
         print_table(optimizers_table(entries))
     else:
-        options = entries[0]["options"]
-        click.echo(f"{name} ({entries[0]['distribution']}): {entries[0]['summary']}")
-        print_table(options_table([option | {"default": _as_set(option["default"])} for option in options]))
+        _print_options(entries[0])
+
+
+def _effects(name: str | None, as_json: bool) -> None:
+    from springopt.registry import effects, load_effect
+
+    with redirect_stdout(sys.stderr):  # a stranger's module may print while it is imported
+        classes = {name: load_effect(name)} if name is not None else effects()
+    entries = [_effect(name, effect) for name, effect in classes.items()]
+    if as_json:
+        click.echo(json.dumps(entries if name is None else entries[0]))
+        return
+    from springopt.report.tables import installed_effects_table
+
+    if name is None:
+        print_table(installed_effects_table(entries))
+    else:
+        _print_options(entries[0])
+
+
+def _print_options(entry: dict[str, Any]) -> None:
+    from springopt.report.tables import options_table
+
+    click.echo(f"{entry['name']} ({entry['distribution']}): {entry['summary']}")
+    print_table(
+        options_table(
+            option | {"default": "required" if option.get("required") else _as_set(option["default"])}
+            for option in entry["options"]
+        )
+    )
 
 
 def _as_set(default: Any) -> str:
@@ -64,23 +104,40 @@ def _as_set(default: Any) -> str:
 
 def _optimizer(name: str, optimizer: type[Optimizer]) -> dict[str, Any]:
     from springopt.options import options_of
+
+    options = [_option(option) for option in options_of(optimizer)]
+    return {**_head(name, optimizer), "needs": sorted(optimizer.needs), "options": options}
+
+
+def _effect(name: str, effect: type[Effect]) -> dict[str, Any]:
+    from springopt.effects.effect import Effect
+    from springopt.registry import effect_options
+
+    options = [
+        _option(option) | {"default": None if option.is_required else option.default, "required": option.is_required}
+        for option in effect_options(effect)
+    ]
+    brings = [what for method, what in BROUGHT.items() if getattr(effect, method) is not getattr(Effect, method)]
+    return {**_head(name, effect), "brings": brings, "options": options}
+
+
+def _head(name: str, plugin: type[Optimizer] | type[Effect]) -> dict[str, Any]:
     from springopt.registry import distribution_of
 
-    distribution = distribution_of(optimizer)
+    distribution = distribution_of(plugin)
     return {
         "name": name,
         "distribution": distribution.name if distribution else "unknown",
-        "summary": (optimizer.__doc__ or "").strip().partition("\n")[0],
-        "needs": sorted(optimizer.needs),
-        "options": [
-            {
-                "name": option.name,
-                "type": option.type_name,
-                "default": option.default,
-                "explanation": option.explanation,
-            }
-            for option in options_of(optimizer)
-        ],
+        "summary": (plugin.__doc__ or "").strip().partition("\n")[0],
+    }
+
+
+def _option(option: Option) -> dict[str, Any]:
+    return {
+        "name": option.name,
+        "type": option.type_name,
+        "default": option.default,
+        "explanation": option.explanation,
     }
 
 

@@ -24,8 +24,8 @@ COMMANDS = {
     "reproduce": "Make every figure and table of the paper again, ours beside it.",
     "show": "Show what a run found, as tables and as a figure.",
     "compare": "Compare optimizers by their runs: how close, how fast, and how sure that is.",
-    "list": "List the optimizers and scenes that there are.",
-    "check-plugin": "Check that an optimizer keeps the contract, and say what to mend.",
+    "list": "List the optimizers, effects and scenes that there are.",
+    "check-plugin": "Check that an optimizer or an effect keeps the contract, and say what to mend.",
 }
 
 

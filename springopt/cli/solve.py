@@ -15,6 +15,7 @@ from springopt.cli.floors import place_of, with_floor
 from springopt.cli.main import COMMANDS
 from springopt.cli.results import print_run
 from springopt.cli.runs import require_no_folder
+from springopt.cli.settings import settings_of
 from springopt.errors import UserError
 
 if TYPE_CHECKING:
@@ -79,7 +80,7 @@ def _solve(
     from springopt.runner import solve
     from springopt.scene import load_scene
 
-    options = _options(settings)
+    options = settings_of(settings)
     loaded = load_scene(scene)
     path = out if out is not None else _default_out(f"{loaded.name}-{optimizer}{_from(start)}-seed{seed}.h5")
     with redirect_stdout(sys.stderr), _progress_bar() as progress:  # standard output is ours: optimizers may print
@@ -124,16 +125,6 @@ def _default_out(name: str) -> str:
 def _from(start: str | None) -> str:
     """What a run file's name says of a start."""
     return f"-from-{Path(start).stem}" if start else ""
-
-
-def _options(settings: tuple[str, ...]) -> dict[str, str]:
-    options = {}
-    for setting in settings:
-        name, equals, value = setting.partition("=")
-        if not (name and equals):
-            raise UserError(f"--set takes NAME=VALUE, not {setting!r}; write for example --set population=20.")
-        options[name.strip()] = value.strip()
-    return options
 
 
 @contextmanager

@@ -78,6 +78,10 @@ class Effect:
     scales_with_stiffness: ClassVar[bool] = False
     #: Whether its forces are linear in its parameters, but for a constant; else it overrides `force_derivatives`.
     is_affine: ClassVar[bool] = True
+    #: Whether moving the whole body costs nothing: net force zero, and nothing dissipated by a common velocity.
+    is_translation_invariant: ClassVar[bool] = True
+    #: Whether turning it costs nothing, likewise; about the origin, where it is not translation invariant.
+    is_rotation_invariant: ClassVar[bool] = True
 
     def parameters(self, lattice: SpringLattice) -> dict[str, Floats]:
         """What may be fitted, with its value here, shape (k,) each; kernels find all of it in `values`, in this order.

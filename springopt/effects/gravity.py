@@ -18,10 +18,11 @@ class Gravity(Effect):
 
     name = "gravity"
     acts_from_outside = True
+    is_translation_invariant = False
+    is_rotation_invariant = False
     acceleration: Sequence[float]  #: [length / time^2], one number for each axis
-    mass: float | Sequence[float] | None = (
-        None  #: of each node, one number for all or one for each; 1 if nothing is said
-    )
+    #: Of each node, one number for all or one for each; 1 if nothing is said.
+    mass: float | Sequence[float] | None = None
     density: float | None = None  #: [mass / length^d] of the cells, in place of the mass; in 2D the thickness is 1
 
     def parameters(self, lattice: SpringLattice) -> dict[str, Floats]:

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from rich import box
+from rich.markup import escape
 from rich.table import Table
 
 if TYPE_CHECKING:
@@ -155,16 +156,24 @@ def optimizers_table(entries: Iterable[Mapping[str, Any]]) -> Table:
     return table
 
 
+def installed_effects_table(entries: Iterable[Mapping[str, Any]]) -> Table:
+    """Name, distribution, what each brings and its summary."""
+    table = plain_table("Effects", ["name", "distribution"], texts=["brings", "what it is"])
+    for entry in entries:
+        table.add_row(entry["name"], entry["distribution"], ", ".join(entry["brings"]), entry["summary"])
+    return table
+
+
 def options_table(options: Iterable[Mapping[str, Any]]) -> Table:
     """Options with their types, defaults and explanations."""
     table = plain_table("Options", ["option"], texts=["type", "default", "explanation"])
     for option in options:
-        table.add_row(option["name"], option["type"], str(option["default"]), option["explanation"])
+        table.add_row(option["name"], option["type"], str(option["default"]), escape(option["explanation"]))
     return table
 
 
 def checks_table(name: str, findings: Iterable[Mapping[str, str]]) -> Table:
-    """Checks of an optimizer, each with its verdict and what to mend."""
+    """Checks of a plugin, each with its verdict and what to mend."""
     table = plain_table(f"Checks of {name}", ["check", "verdict"], texts=["what to mend"])
     for finding in findings:
         table.add_row(finding["check"], finding["verdict"], finding["sentence"])

@@ -32,7 +32,7 @@ def _sentence(finding: Mapping[str, Any], root: type[Table]) -> str:
     match finding["type"]:
         case "fault":
             sentence = str(finding["msg"])
-            return f"{path} {sentence}" if sentence.startswith(("should", "needs")) else f"{path}: {sentence}"
+            return f"{path} {sentence}" if sentence.startswith(("should", "needs", "is not")) else f"{path}: {sentence}"
         case "missing":
             return f"{path} is missing; give it"
         case "extra_forbidden":

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from springopt.scene.effect_tables import GravityTable
+from springopt.scene.effect_tables import EffectTable
 from springopt.scene.encoding_tables import EncodingTable
 from springopt.scene.lattice_tables import LatticeTable
 from springopt.scene.load_case_tables import LoadCasesTable
@@ -69,7 +69,7 @@ class Scene(Table):
     engine: Literal["lanes", "sparse", "iterative"] | None = None
     stepping: SteppingTable | None = None
     branch: Literal["minimum", "followed"] = "minimum"
-    effects: list[GravityTable] = Field(default_factory=list)
+    effects: list[EffectTable] = Field(default_factory=list)
     load_cases: LoadCasesTable
     reference: ReferenceTable
     encoding: EncodingTable

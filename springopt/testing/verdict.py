@@ -1,11 +1,11 @@
-"""What a check says of an optimizer: passed, failed, or not judged, with the sentence that says what to mend."""
+"""What a check says of a plugin: passed, failed, or not judged, with the sentence that says what to mend."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import wraps
-from typing import Literal
+from typing import Any, Literal
 
 from threadpoolctl import threadpool_limits
 
@@ -23,7 +23,7 @@ class NotJudged(AssertionError):
 class Finding:
     """What one check found."""
 
-    check: str  #: what an optimizer does that passes it, in a few words
+    check: str  #: what a plugin does that passes it, in a few words
     verdict: Literal["passed", "failed", "not judged"]
     sentence: str = ""  #: what to mend, or what is in the way; empty where it passed
 
@@ -39,11 +39,11 @@ def as_in_a_run(check: Check) -> Check:
     return limited
 
 
-def find(check: Check, optimizer: Subject) -> Finding:
-    """What a check finds, said and not raised."""
+def find(check: Callable[..., None], *subject: Any) -> Finding:
+    """What a check finds of its subject, said and not raised."""
     claim = check.__name__.removeprefix("check_").replace("_", " ")
     try:
-        check(optimizer)
+        check(*subject)
     except NotJudged as obstacle:
         return Finding(claim, "not judged", str(obstacle))
     except AssertionError as fault:

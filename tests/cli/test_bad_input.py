@@ -53,7 +53,7 @@ SOLVE = ("solve", "--optimizer", "random-search", "--evaluations", "5")
         ("floor paper-fem-2d --starts 0", "0 is not in the range x>=1"),
         ("floor paper-fem-2d --from nowhere.h5", "there is no run file nowhere.h5"),
         ("show nowhere.h5", "nowhere.h5"),
-        ("list optimisers", "is not one of 'optimizers', 'scenes'"),
+        ("list optimisers", "is not one of 'optimizers', 'effects', 'scenes'"),
         ("list optimizers --floors", "--floors is of scenes, and optimizers have none; leave it out."),
         ("list scenes nowhere", "there is no scene and no group of scenes 'nowhere'; the groups are paper"),
         ("list optimizers nowhere", "nowhere"),

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from springopt.testing import CHECKS
+from springopt.testing import CHECKS, EFFECT_CHECKS
 
 NAMES = [check.__name__.removeprefix("check_").replace("_", " ") for check in CHECKS]
 
@@ -48,3 +48,15 @@ def test_an_unknown_name_is_a_mistake_in_one_sentence(springopt) -> None:
     assert (code, out) == (2, "")
     assert "there is no optimizer 'random-serch'" in err
     assert err.count("\n") == 1
+
+
+def test_an_effect_is_checked_with_the_options_that_are_set(springopt) -> None:
+    code, out, _ = springopt("check-plugin", "gravity", "--set", "acceleration=0,-9.81", "--json")
+    answer = json.loads(out)
+    assert (code, answer["effect"], answer["passed"]) == (0, "gravity", True)
+    assert len(answer["checks"]) == len(EFFECT_CHECKS)
+
+
+def test_an_option_without_a_default_must_be_set(springopt) -> None:
+    code, _, err = springopt("check-plugin", "gravity")
+    assert (code, err) == (2, "Error: gravity needs its option acceleration, a list, each a number; set it.\n")

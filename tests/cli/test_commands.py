@@ -197,6 +197,19 @@ def test_list_optimizers_names_distributions_and_one_optimizer_s_options(springo
     assert (entry["distribution"], entry["options"][0]["default"]) == ("springopt", 32)
 
 
+def test_list_effects_names_what_they_bring_and_one_effect_s_options(springopt) -> None:
+    out = springopt("list", "effects").out
+    assert "constant forces, a potential" in out
+    assert "The weight of the nodes" in out
+    out = springopt("list", "effects", "gravity").out
+    assert "required" in out
+    assert "[length / time^2]" in out
+    entry = json.loads(springopt("list", "effects", "gravity", "--json").out)
+    assert [option["name"] for option in entry["options"]] == ["acceleration", "mass", "density"]
+    assert springopt("list", "effects", "gravty").err.endswith("Did you mean 'gravity'?\n")
+    assert "effects have none" in springopt("list", "effects", "--floors").err
+
+
 def test_explain_names_engine_effects_and_reasons(springopt) -> None:
     code, out, err = springopt("explain", "paper-topology-3d")
     assert (code, err) == (0, "")

@@ -31,7 +31,9 @@ class GroundSprings(Effect):
     """Energy stiffness * u^4 / 4 for each degree of freedom."""
 
     name = "ground"
-    stiffness: float
+    is_translation_invariant = False
+    is_rotation_invariant = False
+    stiffness: float  #: [force / length^3] of each degree of freedom
 
     def parameters(self, lattice):
         return {"stiffness": np.array([self.stiffness])}
