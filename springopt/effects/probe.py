@@ -54,6 +54,7 @@ def probe(
         kept = own.stop - own.start
         answer.energy[own], answer.forces[own] = energy[0, :kept], forces.T[:kept]
         answer.blocks[own] = blocks.T[:kept].reshape(kept, -1, d, d)
+    kernel.raise_failure()
     return answer
 
 
@@ -105,6 +106,8 @@ def pulls_of_law(
         np.arange(2 * count).reshape(count, 2),
         lattice.rest_lengths,
     )
+    if lattice.cells is not None:
+        vars(apart)["boundary"] = lattice.boundary  # known of the whole only
     kernel = _apart(effect, apart, fitted)
     at_ends = displacements.reshape(len(displacements), -1, d)[:, lattice.springs].reshape(len(displacements), -1)
     forces = forces_of(kernel, apart, at_ends, stiffness=np.ones(count), values=values, is_linear=is_linear)
