@@ -104,11 +104,12 @@ class Effect:
         return None
 
     def force_derivatives(
-        self, lattice: SpringLattice, displacements: Floats, *, stiffness: Floats, values: Floats
+        self, lattice: SpringLattice, displacements: Floats, *, stiffness: Floats, values: Floats, is_linear: bool
     ) -> Floats:
         """The derivatives of the potential's internal forces by its parameters (k,), shape (k, n d).
 
-        Asked only where `is_affine` is False; else calls of the kernel tell them.
+        At displacements (n d,); for small ones, `is_linear`, those of the forces' expansion at rest. Asked only where
+        `is_affine` is False; else calls of the kernel tell them.
         """
         raise AttributeError(f"{type(self).__name__} is not affine in its parameters, but gives no derivatives by them")
 

@@ -38,15 +38,22 @@ class ExponentialStiffening(Effect):
         return law_kernel(_kernel(), lattice)
 
     def force_derivatives(
-        self, lattice: SpringLattice, displacements: Floats, *, stiffness: Floats, values: Floats
+        self, lattice: SpringLattice, displacements: Floats, *, stiffness: Floats, values: Floats, is_linear: bool
     ) -> Floats:
         """dT/dc = k L0 e^2 (x exp(x) - exp(x) + 1) / x^2 along each spring in tension, x = c e."""
-        longer, along = along_springs(lattice, displacements)
+        longer, lengths, along = along_springs(lattice, displacements * (not is_linear))
         strain = np.maximum(longer / lattice.rest_lengths, 0.0)
-        tension = stiffness * lattice.rest_lengths * strain**2 * _slope_by_exponent(values[0] * strain)
+        x = values[0] * strain
+        tension = stiffness * lattice.rest_lengths * strain**2 * _slope_by_exponent(x)
+        pulls = tension[:, None] * along
+        if is_linear:  # d2T / dc dL = k e exp(x) along the spring, and the tension turns with it
+            u = displacements.reshape(lattice.nodes.shape)
+            du = u[lattice.springs[:, 1]] - u[lattice.springs[:, 0]]
+            grown = (du * along).sum(axis=1)[:, None] * along
+            pulls += (stiffness * strain * np.exp(x))[:, None] * grown + (tension / lengths)[:, None] * (du - grown)
         forces = np.zeros(lattice.nodes.shape)
-        np.add.at(forces, lattice.springs[:, 1], tension[:, None] * along)
-        np.add.at(forces, lattice.springs[:, 0], -tension[:, None] * along)
+        np.add.at(forces, lattice.springs[:, 1], pulls)
+        np.add.at(forces, lattice.springs[:, 0], -pulls)
         return forces.reshape(1, -1)
 
 

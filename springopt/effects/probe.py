@@ -38,12 +38,12 @@ def probe(
     )
     # Every pair has a block of its own here, stored as it is declared.
     places = 2 * d * d * np.arange(len(kernel.pairs), dtype=np.int64)
+    body = (np.ascontiguousarray(lattice.nodes), kernel.integers, kernel.numbers)  # grids have them column by column
     for begin in range(0, count, LANE_COUNT):
         few = np.minimum(np.arange(begin, begin + LANE_COUNT), count - 1)
         lanes = [np.ascontiguousarray(rows[few].T) for rows in (*of_all, displacements, velocities)]
         forces, blocks = np.zeros((lattice.nodes.size, LANE_COUNT)), np.zeros((len(kernel.pairs) * d * d, LANE_COUNT))
         energy = np.zeros((1, LANE_COUNT))
-        body = (lattice.nodes, kernel.integers, kernel.numbers)
         _call(
             kernel.function.address,
             d,
@@ -79,7 +79,7 @@ def force_derivatives(
     small displacements those of the expansion at rest are meant.
     """
     if not effect.is_affine:
-        return effect.force_derivatives(lattice, displacements, stiffness=stiffness, values=values)
+        return effect.force_derivatives(lattice, displacements, stiffness=stiffness, values=values, is_linear=is_linear)
     units = np.concatenate([np.zeros((1, len(values))), np.eye(len(values))])
     states = np.broadcast_to(displacements, (len(units), len(displacements)))
     forces = forces_of(kernel, lattice, states, stiffness=stiffness, values=units, is_linear=is_linear)

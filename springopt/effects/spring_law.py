@@ -23,12 +23,12 @@ def pairs_of_springs(lattice: SpringLattice) -> Integers:
     return lattice.springs[:, [0, 0, 1, 1, 0, 1]].reshape(-1, 2)
 
 
-def along_springs(lattice: SpringLattice, displacements: Floats) -> tuple[Floats, Floats]:
-    """(L - L0 [length] (s,), the unit vectors from the first end to the second (s, d)) at displacements (n d,)."""
+def along_springs(lattice: SpringLattice, displacements: Floats) -> tuple[Floats, Floats, Floats]:
+    """(L - L0 and L [length] (s,), unit vectors from first to second end (s, d)) at displacements (n d,)."""
     springs = springs_of(lattice)
     u = displacements.reshape(lattice.nodes.shape)
     du = u[springs.ends[:, 1]] - u[springs.ends[:, 0]]
     vectors = springs.rest_vectors + du
     lengths = np.maximum(np.linalg.norm(vectors, axis=1), np.finfo(float).tiny)
     growth = ((vectors + springs.rest_vectors) * du).sum(axis=1) / (lengths + springs.lengths)
-    return growth + springs.prestrains, vectors / lengths[:, None]
+    return growth + springs.prestrains, lengths, vectors / lengths[:, None]

@@ -6,11 +6,11 @@ import springopt as so
 
 
 def body(shape, cell=None, seed=1):
-    """A grid with nodes out of place, and every spring with another rest length."""
+    """A grid with nodes out of place, and every spring with another rest length, in tension."""
     grid, rng = so.SpringLattice.grid(shape, cell=cell), np.random.default_rng(seed)
     nodes = grid.nodes + 0.1 * rng.uniform(-1, 1, grid.nodes.shape)
     lengths = np.linalg.norm(nodes[grid.springs[:, 1]] - nodes[grid.springs[:, 0]], axis=1)
-    rest = lengths * rng.uniform(0.9, 1.1, grid.spring_count)
+    rest = lengths * rng.uniform(0.9, 1.0, grid.spring_count)
     return so.SpringLattice(nodes, grid.springs, rest, grid.cells, grid.cell_type)
 
 

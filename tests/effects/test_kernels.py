@@ -115,3 +115,13 @@ def test_effects_are_told_apart_by_their_names():
     public = (getattr(so, name) for name in so.__all__ if isinstance(getattr(so, name), type))
     names = [kind.name for kind in public if hasattr(kind, "scales_with_stiffness") and kind.name]
     assert len(set(names)) == len(names)
+
+
+def test_a_kernel_reads_the_nodes_of_a_grid_row_by_row():
+    grid = so.SpringLattice.grid((4, 3))
+    kernel = so.Bending(1.0).potential(grid)
+    answer = probe(
+        kernel, grid, np.zeros((1, grid.nodes.size)), stiffness=np.ones(grid.spring_count), values=np.ones(1)
+    )
+    assert answer.energy[0] == 0
+    np.testing.assert_array_equal(answer.forces, 0)
