@@ -23,7 +23,7 @@ def solve_lanes(
 ) -> tuple[Block, NDArray[np.bool_]]:
     """(x, which lanes were solved): K x = sides to this reduction of the preconditioned residual.
 
-    A lane is left unsolved where its matrix or the preconditioner curves down, or after `limit` products. `scale` is the
+    A lane is left unsolved where its matrix or preconditioner curves down, or after `limit` products. `scale` is the
     stiffness that meets at each unknown. What happens in one lane never changes another.
     """
     x = np.zeros_like(sides)
