@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from springopt.checks import Floats, floats, require_nonnegative, require_positive, require_shape
 from springopt.effects.effect import Effect
+from springopt.effects.springs import springs_of
 from springopt.errors import UserError, did_you_mean
 from springopt.forward.batch import Equilibria, Group, find, group_by_supports
 from springopt.forward.choose import require_known
@@ -18,7 +19,7 @@ from springopt.forward.followed import BRANCHES, MINIMUM
 from springopt.forward.lane_factors import tangents
 from springopt.forward.motion import Motions, move
 from springopt.forward.motion_derivatives import MotionLinearization, linearize_motion
-from springopt.forward.plan import make_plan, springs_of
+from springopt.forward.plan import make_plan
 from springopt.forward.spring_forces import forces_per_stiffness
 from springopt.forward.status import STATUSES, Status
 from springopt.forward.stepping import Stepping

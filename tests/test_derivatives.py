@@ -4,6 +4,7 @@ Differences are Richardson's extrapolation of central ones, on solves to 1e-12. 
 """
 
 import importlib.util
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,7 @@ def ground_springs(stiffness):
     path = Path(__file__).parent / "effects" / "ground_springs.py"
     specification = importlib.util.spec_from_file_location("ground_springs", path)
     module = importlib.util.module_from_spec(specification)
+    sys.modules.setdefault("ground_springs", module)  # where a kernel from the cache looks for itself
     specification.loader.exec_module(module)
     return module.GroundSprings(stiffness)
 
@@ -34,11 +36,32 @@ def stretched(shape):
     return so.SpringLattice(grid.nodes, grid.springs, rest, grid.cells, grid.cell_type)
 
 
+#: Laws of the strain, which a spring without a rest length has not.
+OF_STRAIN = ("stiffening", "exponential")
+WITHOUT_EXPANSION = ("tension-only", "plane", "sphere")
+
+
+def lattice_of(grid, effect):
+    lattice = GRIDS[grid]
+    if effect not in OF_STRAIN:
+        return lattice
+    rest = np.where(lattice.rest_lengths == 0, 1.0, lattice.rest_lengths)
+    return so.SpringLattice(lattice.nodes, lattice.springs, rest, lattice.cells, lattice.cell_type)
+
+
 GRIDS = {"2D": stretched((4, 3)), "3D": stretched((3, 3, 2))}
 EFFECTS = {
     "springs": lambda d: [],
     "gravity": lambda d: [so.Gravity((0.0, -0.3, 0.1)[:d], mass=0.5)],
     "a stranger's": lambda d: [ground_springs(0.7)],
+    "stiffening": lambda d: [so.Stiffening(1.0, 4.0)],
+    "exponential": lambda d: [so.ExponentialStiffening(4.0)],
+    "tension-only": lambda d: [so.TensionOnly()],
+    "prestress": lambda d: [so.Prestress(classes={"boundary straight": 0.95, "diagonal": 0.9})],
+    "volume": lambda d: [so.Volume(5.0)],
+    "bending": lambda d: [so.Bending(2.0)],
+    "plane": lambda d: [so.PlaneContact(9.0, np.full(d, 0.02), np.ones(d))],
+    "sphere": lambda d: [so.SphereContact(9.0, np.full(d, 0.8), 3.0, inside=True)],
 }
 MODELS = {
     "lanes": {},
@@ -63,7 +86,7 @@ def differences(function, point, direction, step):
 @every_grid
 @every_effect
 def test_forces_are_those_of_the_energy_and_tangents_those_of_the_forces(effect, grid):
-    lattice = GRIDS[grid]
+    lattice = lattice_of(grid, effect)
     terms = Terms.of(lattice, EFFECTS[effect](lattice.dimension))
     plan = make_plan(terms, np.zeros(lattice.nodes.shape, dtype=bool))
     work, rng = Workspace.of(plan), np.random.default_rng(2)
@@ -88,7 +111,7 @@ def test_forces_are_those_of_the_energy_and_tangents_those_of_the_forces(effect,
 
 def objective(grid, effect="springs", minimize="least-squares", unloaded=(), **options):
     """Supports on two sides in turn, one of them moved; a reference that the model can't reach."""
-    lattice = GRIDS[grid]
+    lattice = lattice_of(grid, effect)
     shape, rng = lattice.nodes.shape, np.random.default_rng(3)
     cases = []
     for number, side in enumerate(("left", "bottom", "left")):
@@ -112,6 +135,8 @@ COMBINATIONS = [
     *(("2D", effect, minimize, "real", "lanes") for effect in EFFECTS for minimize in MISFITS),
     *(("2D", "springs", "distance", encoding, "lanes") for encoding in DIFFERENTIABLE),
     *((grid, "gravity", "distance", "real", model) for grid in GRIDS for model in MODELS),
+    *(("3D", effect, "distance", "real", "sparse") for effect in EFFECTS),
+    *(("2D", effect, "distance", "real", "linear") for effect in EFFECTS if effect not in WITHOUT_EXPANSION),
 ]
 
 

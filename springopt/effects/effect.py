@@ -54,11 +54,18 @@ NOT_FITTED: frozenset[str] = frozenset()
 class Kernel:
     """A compiled kernel, and what it reads that is the same for all equilibria."""
 
-    function: Any  #: has an `address`: that of a function of KERNEL_SIGNATURE
+    function: Any  #: has an `address`: that of a function of KERNEL_SIGNATURE; in Python also a `failure`
     pairs: Integers  #: the nodes (i, j) whose blocks dF_i / du_j it adds to, in the order of its places, shape (q, 2)
     integers: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     numbers: Floats = field(default_factory=lambda: np.zeros(0))
     is_compiled: bool = True  #: False where Python is called back, which is slow
+
+    def raise_failure(self) -> None:
+        """Raise, once, the first error inside a kernel that is Python: its compiled callers can't let it through."""
+        failure = None if self.is_compiled else self.function.failure
+        if failure is not None:
+            self.function.failure = None
+            raise failure
 
 
 @dataclass(frozen=True)
@@ -103,11 +110,12 @@ class Effect:
         return None
 
     def force_derivatives(
-        self, lattice: SpringLattice, displacements: Floats, *, stiffness: Floats, values: Floats
+        self, lattice: SpringLattice, displacements: Floats, *, stiffness: Floats, values: Floats, is_linear: bool
     ) -> Floats:
         """The derivatives of the potential's internal forces by its parameters (k,), shape (k, n d).
 
-        Asked only where `is_affine` is False; else calls of the kernel tell them.
+        At displacements (n d,); for small ones, `is_linear`, those of the forces' expansion at rest. Asked only where
+        `is_affine` is False; else calls of the kernel tell them.
         """
         raise AttributeError(f"{type(self).__name__} is not affine in its parameters, but gives no derivatives by them")
 

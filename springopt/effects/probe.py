@@ -39,8 +39,9 @@ def probe(
     )
     # Every pair has a block of its own here, stored as it is declared.
     places = 2 * d * d * np.arange(len(kernel.pairs), dtype=np.int64)
-    body = (lattice.nodes, kernel.integers, kernel.numbers)
+    body = (np.ascontiguousarray(lattice.nodes), kernel.integers, kernel.numbers)  # grids have them column by column
     _call(kernel.function.address, d, n, body, places, tuple(read), (forces, blocks, energy))
+    kernel.raise_failure()
     by_pair = _states(blocks, count).reshape(count, -1, d, d)
     return Probe(_states(energy, count)[:, 0], _states(forces, count), by_pair)
 
@@ -82,7 +83,7 @@ def force_derivatives(
     small displacements those of the expansion at rest are meant.
     """
     if not effect.is_affine:
-        return effect.force_derivatives(lattice, displacements, stiffness=stiffness, values=values)
+        return effect.force_derivatives(lattice, displacements, stiffness=stiffness, values=values, is_linear=is_linear)
     units = np.concatenate([np.zeros((1, len(values))), np.eye(len(values))])
     states = np.broadcast_to(displacements, (len(units), len(displacements)))
     forces = forces_of(kernel, lattice, states, stiffness=stiffness, values=units, is_linear=is_linear)
@@ -109,6 +110,8 @@ def pulls_of_law(
         np.arange(2 * count).reshape(count, 2),
         lattice.rest_lengths,
     )
+    if lattice.cells is not None:
+        vars(apart)["boundary"] = lattice.boundary  # known of the whole only
     kernel = _apart(effect, apart, fitted)
     at_ends = displacements.reshape(len(displacements), -1, d)[:, lattice.springs].reshape(len(displacements), -1)
     forces = forces_of(kernel, apart, at_ends, stiffness=np.ones(count), values=values, is_linear=is_linear)

@@ -4,16 +4,45 @@ Always present, so the forward solve calls this kernel directly. Elongations are
 (2 D.du + du.du) / (L + |D|) + (|D| - L0), so that small displacements of stiff springs keep all their digits.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
+import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from springopt.effects.lanes import fma, load, maximum, splat, sqrt, store
+from springopt.lattice import SpringLattice
 
 # A spring with L0 > 0 has no direction at length 0; below this share of L0 it keeps the last one's magnitude, which
 # leaves a very negative tangent there: a maximum along every direction, as it should be.
 COLLAPSED = 1e-9
 TINY = 1e-150  # its square is still a normal number
+
+
+class Springs(NamedTuple):
+    """What kernels read of the springs, whatever the supports."""
+
+    ends: NDArray[np.int64]  # (s, 2)
+    rest_vectors: NDArray[np.float64]  # (s, d), from the first end to the second
+    lengths: NDArray[np.float64]  # (s,), of the rest vectors
+    natural_lengths: NDArray[np.float64]  # (s,), L0
+    prestrains: NDArray[np.float64]  # (s,), |D| - L0
+
+
+def springs_of(lattice: SpringLattice) -> Springs:
+    """The springs of a lattice."""
+    ends = np.ascontiguousarray(lattice.springs, dtype=np.int64)
+    rest_vectors = lattice.nodes[ends[:, 1]] - lattice.nodes[ends[:, 0]]
+    lengths = np.sqrt((rest_vectors**2).sum(axis=1))
+    natural_lengths = np.ascontiguousarray(lattice.rest_lengths, dtype=np.float64)
+    return Springs(ends, rest_vectors, lengths, natural_lengths, _prestrains(lengths, natural_lengths))
+
+
+def _prestrains(lengths: NDArray[np.float64], natural: NDArray[np.float64]) -> NDArray[np.float64]:
+    # A rest length given as the rounded distance is meant as the distance.
+    prestrains = lengths - natural
+    prestrains[np.abs(prestrains) <= 4e-16 * lengths] = 0.0
+    return prestrains
 
 
 @njit(error_model="numpy")

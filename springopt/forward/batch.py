@@ -109,7 +109,12 @@ def find(
     unknown_count = groups[0].plan.nodes.size if groups else 0
     equilibria = _make_equilibria((candidate_count, case_count), unknown_count)
     jobs_of = [_balanced_jobs(group, rows, tolerance, equilibria) for group in groups]
-    for group, jobs, answers in zip(groups, jobs_of, _search(groups, jobs_of, tolerance, branch, threads), strict=True):
+    if groups:
+        with groups[0].terms.failures_raised():
+            answers_of = _search(groups, jobs_of, tolerance, branch, threads)
+    else:
+        answers_of = []
+    for group, jobs, answers in zip(groups, jobs_of, answers_of, strict=True):
         at = (jobs.candidate, group.cases[jobs.case])
         equilibria.displacements[at] = answers.displacements
         equilibria.codes[at] = answers.codes

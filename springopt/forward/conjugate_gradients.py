@@ -23,8 +23,8 @@ def solve_lanes(
 ) -> tuple[Block, NDArray[np.bool_]]:
     """(x, which lanes were solved): K x = sides to this reduction of the preconditioned residual.
 
-    A lane is left unsolved where its matrix curves down or after `limit` products. `scale` is the stiffness that meets
-    at each unknown. What happens in one lane never changes another.
+    A lane is left unsolved where its matrix or preconditioner curves down, or after `limit` products. `scale` is the
+    stiffness that meets at each unknown. What happens in one lane never changes another.
     """
     x = np.zeros_like(sides)
     residual = np.where(is_wanted, sides, 0.0)
@@ -33,7 +33,7 @@ def solve_lanes(
     product = (residual * z).sum(axis=0)
     wanted = reduction**2 * product
     is_solved = is_wanted & (product == 0.0)
-    is_open = is_wanted & ~is_solved
+    is_open = is_wanted & (product > 0.0)
     for _ in range(limit):
         if not is_open.any():
             break
@@ -46,7 +46,7 @@ def solve_lanes(
         z = precondition(residual)
         after = (residual * z).sum(axis=0)
         is_solved |= is_open & (after <= wanted)
-        is_open &= ~is_solved
+        is_open &= ~is_solved & (after > 0.0)
         direction = z + np.divide(after, product, out=np.zeros_like(after), where=is_open) * direction
         product = after
     return x, is_solved

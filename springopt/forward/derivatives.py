@@ -82,7 +82,8 @@ def linearize(groups: Sequence[Group], row: Floats, displacements: Floats) -> Li
     pulls = forces_per_stiffness(springs, displacements, is_linear=is_linear)
     pulls += _pulls_of_laws(terms, values, displacements, is_linear=is_linear)
     by_parameters = _by_parameters(terms, stiffness, values, displacements, is_linear=is_linear)
-    factors = [group.engine.factorize(row, displacements[group.cases]) for group in groups]
+    with terms.failures_raised():
+        factors = [group.engine.factorize(row, displacements[group.cases]) for group in groups]
     return Linearization(groups, factors, pulls, by_parameters)
 
 

@@ -54,7 +54,8 @@ def move(
     for group in groups:
         _require_masses(group, masses, stepping)
         jobs = _jobs(group, rows, masses)
-        answers = _follow(group, jobs, options_of(group, stepping, tolerance), threads)
+        with terms.failures_raised():
+            answers = _follow(group, jobs, options_of(group, stepping, tolerance), threads)
         at = (jobs.candidate, group.cases[jobs.case])
         motions.displacements[at], motions.velocities[at] = answers.displacements, answers.velocities
         motions.codes[at], motions.residuals[at], motions.steps[at] = answers.codes, answers.residuals, answers.steps

@@ -91,7 +91,7 @@ def _take_up(plan: Any, jobs: Any, motion: Any, options: Any, v: int, job: int) 
         motion.base[row, v] = motion.trial[row, v] = motion.start[row, v]
         motion.start_speed[row, v] = motion.base_speed[row, v] = motion.last_acceleration[row, v] = 0.0
     lane[JOB, v], lane[TIME, v], lane[TARGET, v], lane[STEP_COUNT, v] = job, 0.0, 0.0, 0.0
-    lane[STEP, v], lane[LAST_STEP, v], lane[LONGEST, v] = 0.0, 0.0, options.step
+    lane[STEP, v], lane[LAST_STEP, v], lane[STEPS_LEFT, v], lane[LONGEST, v] = 0.0, 0.0, 0.0, options.step
     lane[LARGEST_FORCE, v], lane[STAGE, v], lane[IS_FRESH, v] = prestress, AT_START, 1.0
     lane[TO_SPEED, v], lane[TO_ACCELERATION, v] = 1.0 / options.step, 1.0 / options.step
 
@@ -157,11 +157,13 @@ def _begin(plan: Any, jobs: Any, motion: Any, options: Any, v: int) -> None:
 def _begin_step(jobs: Any, motion: Any, options: Any, v: int) -> None:
     """Lane v sets out from its start: as many equal steps as fit until the next of its times."""
     lane = motion.scalars
-    case = jobs.case[int(lane[JOB, v])]
-    left = jobs.times[case, int(lane[TARGET, v])] - lane[TIME, v]
-    lane[STEPS_LEFT, v] = max(np.ceil(left / lane[LONGEST, v] - 1e-9), 1.0)
-    h = left / lane[STEPS_LEFT, v]
-    lane[STEP, v], lane[STAGE, v] = h, FIRST_STAGE
+    if options.allowed > 0.0 or lane[STEPS_LEFT, v] == 0.0:
+        case = jobs.case[int(lane[JOB, v])]
+        left = jobs.times[case, int(lane[TARGET, v])] - lane[TIME, v]
+        lane[STEPS_LEFT, v] = max(np.ceil(left / lane[LONGEST, v] - 1e-9), 1.0)
+        lane[STEP, v] = left / lane[STEPS_LEFT, v]
+    h = lane[STEP, v]
+    lane[STAGE, v] = FIRST_STAGE
     reach = h if options.is_midpoint else GAMMA * h
     lane[TO_SPEED, v] = 1.0 / reach
     lane[TO_ACCELERATION, v] = 2.0 / h if options.is_midpoint else 1.0 / reach
@@ -239,7 +241,8 @@ def _end_step(jobs: Any, motion: Any, answers: Any, options: Any, v: int) -> Non
     lane[TIME, v] += h
     lane[LAST_STEP, v] = h
     lane[STEP_COUNT, v] += 1.0
-    if lane[STEPS_LEFT, v] == 1.0:
+    lane[STEPS_LEFT, v] -= 1.0
+    if lane[STEPS_LEFT, v] == 0.0:
         lane[TIME, v] = jobs.times[jobs.case[job], target]
         for row in range(len(motion.start)):
             answers.displacements[job, target, row] = motion.start[row, v]

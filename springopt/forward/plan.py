@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from springopt.effects.effect import Kernel
+from springopt.effects.springs import springs_of
 from springopt.forward.terms import Term, Terms
 from springopt.lattice import SpringLattice
 
@@ -51,25 +52,6 @@ class Plan(NamedTuple):
     potentials: Calls
     dissipations: Calls
     coupled: NDArray[np.int64]  # (q, 2), the blocks (row, column) that kernels add to, row >= column
-
-
-class Springs(NamedTuple):
-    """What a plan holds of the springs alone, whatever the supports."""
-
-    ends: NDArray[np.int64]
-    rest_vectors: NDArray[np.float64]
-    lengths: NDArray[np.float64]
-    natural_lengths: NDArray[np.float64]
-    prestrains: NDArray[np.float64]
-
-
-def springs_of(lattice: SpringLattice) -> Springs:
-    """The springs of a lattice."""
-    ends = np.ascontiguousarray(lattice.springs, dtype=np.int64)
-    rest_vectors = lattice.nodes[ends[:, 1]] - lattice.nodes[ends[:, 0]]
-    lengths = np.sqrt((rest_vectors**2).sum(axis=1))
-    natural_lengths = np.ascontiguousarray(lattice.rest_lengths, dtype=np.float64)
-    return Springs(ends, rest_vectors, lengths, natural_lengths, _prestrains(lengths, natural_lengths))
 
 
 def make_plan(terms: Terms, supports: NDArray[np.bool_]) -> Plan:
@@ -149,13 +131,6 @@ def _make_calls(
         places=places,
         coupled_places=listed,
     )
-
-
-def _prestrains(lengths: NDArray[np.float64], natural: NDArray[np.float64]) -> NDArray[np.float64]:
-    # A rest length given as the rounded distance is meant as the distance.
-    prestrains = lengths - natural
-    prestrains[np.abs(prestrains) <= 4e-16 * lengths] = 0.0
-    return prestrains
 
 
 def _typical_length(lengths: NDArray[np.float64], natural: NDArray[np.float64]) -> float:

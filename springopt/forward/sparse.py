@@ -184,7 +184,10 @@ class Search:
                 solution[:, lane] = self.exact.solve(state.unknowns[:, lane : lane + 1])[:, 0]
             elif not solution[:, lane].any():
                 # The first direction curves down: follow it. Else what was solved until one did is a way down.
-                solution[:, lane] = self._precondition(state.unknowns[:, lane : lane + 1])[:, 0]
+                side = state.unknowns[:, lane]
+                solution[:, lane] = self._precondition(side[:, None])[:, 0]
+                if not side @ solution[:, lane] > 0.0:  # an effect curves down at rest, and so does what preconditions
+                    solution[:, lane] = side / state.scale[:, lane]
         state.unknowns[:] = solution
 
     def _certify(self, lane: int) -> None:

@@ -7,8 +7,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from springopt.effects.compile import compiled
-from springopt.effects.springs import COLLAPSED, TINY
-from springopt.forward.plan import Plan, Springs
+from springopt.effects.springs import COLLAPSED, TINY, Springs
+from springopt.forward.plan import Plan
 
 Floats = NDArray[np.float64]
 

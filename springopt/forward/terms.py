@@ -4,7 +4,8 @@ A candidate is a row of numbers: the stiffness of each spring, then the paramete
 or masses, fitted or not. So candidates may differ in any of them, and kernels find their own.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -89,6 +90,15 @@ class Terms:
     def defaults(self) -> Floats:
         """The columns behind the stiffness, as the effects state them, shape (p,)."""
         return np.concatenate([np.zeros(0), *(v for term in self.terms for v in term.parameters.values())])
+
+    @contextmanager
+    def failures_raised(self) -> Iterator[None]:
+        """Kernels in Python that failed in here say so at the end, whatever the search made of it."""
+        try:
+            yield
+        finally:
+            for _, kernel in self.potentials + self.dissipations:
+                kernel.raise_failure()
 
     def columns(self, name: str) -> slice:
         """Where a parameter, "effect.parameter", is among the columns behind the stiffness."""

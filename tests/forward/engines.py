@@ -54,6 +54,16 @@ def _moved(lattice):
     return load(lattice, supports=supports, prescribed=prescribed)
 
 
+def _on_a_plane(lattice):
+    return so.Model(lattice, so.PlaneContact(50.0, np.full(lattice.dimension, -0.1), np.eye(lattice.dimension)[-1]))
+
+
+def _in_a_sphere(lattice):
+    center = lattice.nodes.mean(axis=0)
+    radius = np.linalg.norm(lattice.nodes - center, axis=1).max()
+    return so.Model(lattice, so.SphereContact(50.0, center, radius + 0.05, inside=True))
+
+
 def scenes():
     """name -> (model, stiffness (s,), load cases)."""
     from ground_springs import GroundSprings
@@ -73,6 +83,21 @@ def scenes():
         "moved supports": (so.Model(solid), k[id(solid)], [_moved(solid)]),
         "prestress": (so.Model(tense), k[id(tense)], [load(tense), load(tense, force=(0.2, 0.1))]),
         "a stranger's effect": (so.Model(flat, [GroundSprings(2.0)]), k[id(flat)], [load(flat, force=(0.5, 0.3))]),
+        "stiffening": (so.Model(flat, so.Stiffening(1.0, 5.0)), k[id(flat)], [load(flat, force=(0.5, 0.3))]),
+        "exponential": (
+            so.Model(solid, so.ExponentialStiffening(4.0)),
+            k[id(solid)],
+            [load(solid, force=(0.3, 0, 0.2))],
+        ),
+        "tension only": (so.Model(tense, so.TensionOnly()), k[id(tense)], [load(tense, force=(0.3, 0.1))]),
+        "prestress by class": (so.Model(flat, so.Prestress(classes={"diagonal": 0.9})), k[id(flat)], [load(flat)]),
+        "volume": (so.Model(solid, so.Volume(20.0)), k[id(solid)], [load(solid, force=(0.3, 0.2, -0.1))]),
+        "volume in 2D": (so.Model(flat, so.Volume(20.0)), k[id(flat)], [load(flat, force=(0.3, 0.2))]),
+        "stiff volume": (so.Model(solid, so.Volume(1e4)), k[id(solid)], [load(solid, force=(0.3, 0.2, -0.1))]),
+        "bending": (so.Model(solid, so.Bending(5.0)), k[id(solid)], [load(solid, force=(0.3, 0.2, -0.1))]),
+        "bending in 2D": (so.Model(flat, so.Bending(5.0)), k[id(flat)], [load(flat, force=(0.5, 0.3))]),
+        "on a plane": (_on_a_plane(flat), k[id(flat)], [load(flat, force=(0.1, -0.2))]),
+        "in a sphere": (_in_a_sphere(solid), k[id(solid)], [load(solid, force=(0.4, 0.2, 0.1))]),
         "everything held": (so.Model(flat), k[id(flat)], [load(flat, supports=np.ones(flat.node_count, dtype=bool))]),
     }
 

@@ -1,0 +1,6 @@
+"""Test modules here share the catalogue of effects."""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
