@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol
 
@@ -50,7 +51,7 @@ class Distances:
     """The sum over load cases and nodes of weights x lengths of the residuals, kinked where one of these is zero."""
 
     degree: ClassVar[int] = 1
-    weights: Floats  #: shape (cases n,)
+    weights: Floats  #: shape (cases n,), in motion (cases t n,)
     dimension: int
 
     def value(self, residuals: Floats) -> float:
@@ -90,7 +91,8 @@ def negligible(problem: Problem, start: float) -> float:
     if "objective" in problem.supplies:
         training = [case.role == "train" for case in objective.cases]
         displacements = (objective.reference_positions - objective.model.lattice.nodes)[training]
-        start = objective.value_of((displacements * np.sqrt(objective.weights[training])[:, None, None]).ravel())
+        roots = np.sqrt(objective.weights[training])
+        start = objective.value_of((displacements.reshape(len(roots), -1) * roots[:, None]).ravel())
     return start * objective.tolerance ** measures_of(problem)[-1].degree
 
 
@@ -99,7 +101,8 @@ def measures_of(problem: Problem) -> list[Measure]:
     objective: Any = problem.objective
     if "objective" not in problem.supplies or objective.minimize == "least-squares":
         return [Squares()]
-    nodes, dimension = objective.model.lattice.nodes.shape
+    *_, dimension = shape = objective.reference_positions.shape
+    nodes = math.prod(shape[1:-1])  # at all times
     unit = objective.smallest_rest_length if objective.minimize == "relative-distance" else 1.0
     training = [weight for weight, case in zip(objective.weights, objective.cases, strict=True) if case.role == "train"]
     return [Squares(), Distances(np.repeat(np.sqrt(training), nodes) / (nodes * unit), dimension)]

@@ -18,8 +18,9 @@ def require_memory(name: str, problem: Problem) -> None:
     if "objective" in problem.supplies:
         objective: Any = problem.objective
         training = sum(case.role == "train" for case in objective.cases)
-        lattice = objective.model.lattice
-        needed += 8.0 * JACOBIANS * training * lattice.nodes.size * max(problem.size, lattice.spring_count)
+        springs = objective.model.lattice.spring_count
+        numbers = objective.reference_positions[0].size  # at all times
+        needed += 8.0 * JACOBIANS * training * numbers * max(problem.size, springs)
     if needed > LARGEST_BYTES:
         raise NotServed(
             f"{name} would need some {needed / 1e9:.0f} GB of memory for its Jacobian, and stops at "
