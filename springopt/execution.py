@@ -169,6 +169,8 @@ def _result(
         stiffness=row[: setup.lattice.spring_count],
         point=point,
         parameters=setup.encoding.parameters(point),
+        parameter_intervals=setup.encoding.parameter_intervals(),
+        reference_parameters=setup.reference_parameters(),
         classes=setup.encoding.describe(point),
         errors=[asdict(error) | {"status": str(error.status)} for error in setup.objective.errors(row)],
         optimizer=order.optimizer,

@@ -68,6 +68,9 @@ class Run:
     why_stopped: WhyStopped
     history: list[Improvement]
     parameters: dict[str, list[float]] = field(default_factory=dict)  #: of effects, where they were fitted, by name
+    parameter_intervals: dict[str, list[float]] = field(default_factory=dict)  #: lower and upper bound of each of these
+    #: The same of the reference, where it is a mass-spring model: what there was to be found.
+    reference_parameters: dict[str, list[float]] = field(default_factory=dict)
     #: The objective with the present springs alone, where the threshold of the encoding would drop some.
     objective_of_present: float | None = None
     #: What the optimizer noted, as (evaluations spent, number).

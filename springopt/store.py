@@ -38,8 +38,8 @@ class RunFile:
     run: Run
     lattice: SpringLattice
     cases: list[LoadCase]
-    reference_positions: Floats  #: [length], shape (c, n, d)
-    positions: Floats  #: of the best candidate [length], shape (c, n, d)
+    reference_positions: Floats  #: [length], shape (c, n, d), or (c, t, n, d) where cases have times
+    positions: Floats  #: of the best candidate [length], as those of the reference
 
 
 def write(path: Path, contents: RunFile, answers: Iterable[Answer]) -> None:

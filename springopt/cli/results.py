@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
 
 def print_run(run: Run, floor: str | None = None) -> None:
-    """What came of it: its place above the floor, cost, errors by load case, classes of springs, front and run file."""
-    from springopt.report.tables import classes_table, errors_table, front_table
+    """What came of it: its place above the floor, cost, errors by load case, classes of springs, parameters, front and run file."""
+    from springopt.report.tables import classes_table, errors_table, front_table, parameters_table
 
     click.echo(f"{run.scene}, {run.method}, seed {run.seed}: objective {run.objective:.6g}")
     if floor is not None:
@@ -28,6 +28,8 @@ def print_run(run: Run, floor: str | None = None) -> None:
     )
     print_table(errors_table(run.errors))
     print_table(classes_table(run.classes))
+    if run.parameters:
+        print_table(parameters_table(run.parameters, run.parameter_intervals, run.reference_parameters))
     if run.front:
         print_table(front_table(run.front, len(run.stiffness)))
     if run.run:

@@ -18,6 +18,9 @@ from springopt.errors import UserError
 
 if TYPE_CHECKING:
     from springopt.checks import Floats
+    from springopt.load_case import LoadCase
+    from springopt.model import Solution
+    from springopt.parameters import Parameters
     from springopt.scene import Setup
 
 
@@ -28,78 +31,113 @@ if TYPE_CHECKING:
     metavar="NUMBER|FILE",
     help="One number for all springs, or a .npy, .csv, .txt or .json file with one for each; of a run, its own.",
 )
-@click.option("--out", metavar="FILE.npz", help="Write positions, reference positions and stiffness as arrays.")
+@click.option("--out", metavar="FILE.npz", help="Write positions, in motion with times and velocities, as arrays.")
 @click.option("--figure", metavar="FILE", help="Draw every load case; .png, .pdf or .svg.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document, positions and all.")
 def command(source: str, stiffness: str | None, out: str | None, figure: str | None, as_json: bool) -> None:
-    """Deform a mass-spring model under every load case of a scene, and compare it with the scene's reference."""
+    """Deform a mass-spring model under every load case of a scene, and compare it with the scene's reference.
+
+    Effects act as the scene states them, those of a run with the parameters that it found.
+    """
     out_path = None if out is None else require_new(out, ARRAY_ENDINGS)
     figure_path = None if figure is None else require_new(figure, FIGURE_ENDINGS)
-    setup, numbers = _load(source, stiffness)
-    answers = _answers(setup, numbers)
+    setup, candidate = _load(source, stiffness)
+    solution = setup.objective.solution(candidate)
+    errors = [asdict(error) for error in setup.objective.errors(candidate)]
     if out_path is not None:
-        _write_arrays(out_path, setup, numbers, answers)
+        _write_arrays(out_path, setup, candidate, solution)
     if figure_path is not None:
-        _draw(figure_path, setup, numbers, answers)
+        _draw(figure_path, setup, solution, errors)
     if as_json:
-        click.echo(json.dumps({"scene": setup.scene.name, "stiffness": numbers.tolist(), "load_cases": answers}))
-    else:
-        from springopt.report.tables import simulation_table
+        click.echo(json.dumps(_document(setup, candidate, solution, errors)))
+        return
+    from springopt.report.tables import simulation_table
 
-        print_table(simulation_table(setup.scene.title, answers))
+    print_table(simulation_table(setup.scene.title, _rows(solution, errors), is_motion=_is_motion(setup)))
+    if figure_path is not None:
+        click.echo(f"Figure: {figure_path}")
 
 
-def _load(source: str, stiffness: str | None) -> tuple[Setup, Floats]:
-    """The scene made ready, and the stiffness that was given or that the run found."""
+def _load(source: str, stiffness: str | None) -> tuple[Setup, Parameters]:
+    """The scene made ready, and the stiffness that was given or that the run found, with the run's parameters."""
+    from springopt.parameters import Parameters
     from springopt.scene import Scene, load_scene
 
     if names_run(source):
         contents = read_run(source)
-        setup, numbers = Scene.from_json(contents.order.scene).build(), contents.run.stiffness
-        return setup, numbers if stiffness is None else read_stiffness(stiffness, setup.lattice.spring_count)
+        run, setup = contents.run, Scene.from_json(contents.order.scene).build()
+        numbers = run.stiffness if stiffness is None else read_stiffness(stiffness, setup.lattice.spring_count)
+        return setup, Parameters(numbers, run.parameters)
     if stiffness is None:
         raise UserError("a scene states no stiffness of its own; give --stiffness a number or a file, or give a run.")
     setup = load_scene(source).build()
-    return setup, read_stiffness(stiffness, setup.lattice.spring_count)
+    return setup, Parameters(read_stiffness(stiffness, setup.lattice.spring_count))
 
 
-def _answers(setup: Setup, stiffness: Floats) -> list[dict[str, Any]]:
-    """For each load case its error, status, energy, residual and positions."""
-    solution = setup.objective.solution(stiffness)
+def _is_motion(setup: Setup) -> bool:
+    return setup.cases[0].times is not None
+
+
+def _rows(solution: Solution, errors: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """For each load case its error, status, residual and energy, in motion one for each time."""
     return [
-        asdict(error) | {"energy": float(energy), "residual": float(residual), "positions": positions.tolist()}
-        for error, energy, residual, positions in zip(
-            setup.objective.errors(stiffness), solution.energy, solution.residual, solution.positions, strict=True
-        )
+        error | {"energy": energy.tolist(), "residual": float(residual)}
+        for error, energy, residual in zip(errors, solution.energy, solution.residual, strict=True)
     ]
 
 
-def _write_arrays(path: Path, setup: Setup, stiffness: Floats, answers: list[dict[str, Any]]) -> None:
+def _document(
+    setup: Setup, candidate: Parameters, solution: Solution, errors: list[dict[str, Any]]
+) -> dict[str, Any]:
+    """Everything, positions and all; in motion of each load case its times too."""
+    rows = [
+        row | {"positions": positions.tolist()}
+        for row, positions in zip(_rows(solution, errors), solution.positions, strict=True)
+    ]
+    if _is_motion(setup):
+        for row, case, velocities in zip(rows, setup.cases, solution.velocities, strict=True):
+            row |= {"times": _times(case), "velocities": velocities.tolist()}
+    document = {"scene": setup.scene.name, "stiffness": candidate.stiffness.tolist(), "load_cases": rows}
+    parameters = {name: value.tolist() for name, value in _values(candidate).items()}
+    return document | ({"parameters": parameters} if parameters else {})
+
+
+def _times(case: LoadCase) -> list[float]:
+    return [] if case.times is None else case.times.tolist()
+
+
+def _values(candidate: Parameters) -> dict[str, Floats]:
     import numpy as np
 
-    np.savez(
-        path,
-        stiffness=stiffness,
-        nodes=setup.lattice.nodes,
-        springs=setup.lattice.springs,
-        load_cases=[answer["name"] for answer in answers],
-        status=[str(answer["status"]) for answer in answers],
-        positions=[answer["positions"] for answer in answers],
-        reference_positions=setup.reference_positions,
-    )
+    return {name: np.asarray(value, dtype=float) for name, value in candidate.values.items()}
 
 
-def _draw(path: Path, setup: Setup, stiffness: Floats, answers: list[dict[str, Any]]) -> None:
+def _write_arrays(path: Path, setup: Setup, candidate: Parameters, solution: Solution) -> None:
     import numpy as np
 
+    moving: dict[str, Any] = {}
+    if _is_motion(setup):
+        moving = {"times": [_times(case) for case in setup.cases], "velocities": solution.velocities}
+    arrays: dict[str, Any] = {
+        "stiffness": candidate.stiffness,
+        "nodes": setup.lattice.nodes,
+        "springs": setup.lattice.springs,
+        "load_cases": [case.name for case in setup.cases],
+        "status": [str(status) for status in solution.status],
+        "positions": solution.positions,
+        "reference_positions": setup.reference_positions,
+    }
+    np.savez(path, **arrays, **moving, **_values(candidate))
+
+
+def _draw(path: Path, setup: Setup, solution: Solution, errors: list[dict[str, Any]]) -> None:
     from springopt.report.deformation import deformations
     from springopt.report.figures import Learned, draw, save
 
-    positions = np.array([answer["positions"] for answer in answers])
     learned = Learned(
         title=f"{setup.scene.name}, given stiffness",
         lattice=setup.lattice,
-        stiffness=stiffness,
-        deformations=deformations(setup.cases, setup.reference_positions, positions, answers),
+        stiffness=solution.stiffness,
+        deformations=deformations(setup.cases, setup.reference_positions, solution.positions, errors),
     )
     save(draw(learned), path)

@@ -45,6 +45,10 @@ class Encoding(ABC):
         """The parameters of effects at a point, by name."""
         return {}
 
+    def parameter_intervals(self) -> dict[str, list[float]]:
+        """The lower and the upper bound of each of these parameters, by name."""
+        return {}
+
     @abstractmethod
     def decode(self, points: ArrayLike) -> Floats:
         """Stiffness [force/length], shape (m, s), of points, shape (m, size); (s,) of a single point."""

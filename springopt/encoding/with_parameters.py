@@ -108,5 +108,8 @@ class WithParameters(Encoding):
         values = np.split(rest, ends)
         return {name: value.tolist() for each, value in zip(self.fitted, values, strict=True) for name in each.names}
 
+    def parameter_intervals(self) -> dict[str, list[float]]:
+        return {name: [each.lower, each.upper] for each in self.fitted for name in each.names}
+
     def _split(self, points: Floats) -> tuple[Floats, Floats]:
         return points[..., : self.springs.size], points[..., self.springs.size :]

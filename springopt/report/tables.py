@@ -49,7 +49,7 @@ def errors_table(errors: Sequence[Mapping[str, Any]]) -> Table:
             sums["max_distance"] = max((row["max_distance"] for row in rows), key=lambda x: -1 if x is None else x)
             table.add_row("sum", role, *_numbers(sums), "", style="bold", end_section=True)
     table.caption = (
-        "distance: mean over the nodes; relative: the same over the smallest rest length; "
+        "distance: mean over the nodes, in motion over the times too; relative: the same over the smallest rest length; "
         "squares: half the sum of squared differences; largest: distance of any node. "
         "The sums over train are the objective in its three definitions."
     )
@@ -63,6 +63,40 @@ def classes_table(classes: Mapping[str, Mapping[str, float]]) -> Table:
     for name, row in classes.items():
         table.add_row(name, f"{row['springs']:g}", f"{row['present']:g}", f"{row['mean']:.4g}", f"{row['spread']:.3g}")
     return table
+
+
+def parameters_table(
+    parameters: Mapping[str, Sequence[float]],
+    intervals: Mapping[str, Sequence[float]],
+    reference: Mapping[str, Sequence[float]],
+) -> Table:
+    """One row a fitted parameter, and what a mass-spring reference has of it; of many numbers their mean and range."""
+    table = plain_table("Parameters", ["parameter"], ["value", "lower", "upper", "in its interval"])
+    if reference:
+        table.add_column("reference", justify="right", no_wrap=True)
+    for name, values in parameters.items():
+        bounds = intervals.get(name)  # files of the first days have none
+        shown = [f"{bound:g}" for bound in bounds] if bounds else ["-", "-"]
+        found = [_numbers_of(reference[name])] if name in reference else []
+        table.add_row(name, _numbers_of(values), *shown, _where(values, bounds) if bounds else "-", *found)
+    return table
+
+
+def _numbers_of(values: Sequence[float]) -> str:
+    """One number, or the mean of several and their range."""
+    if len(set(values)) == 1:
+        return f"{values[0]:.6g}"
+    return f"{sum(values) / len(values):.4g} ({min(values):.4g} to {max(values):.4g})"
+
+
+def _where(values: Sequence[float], bounds: Sequence[float]) -> str:
+    """Where in their interval values lie, or how many of them lie at its end."""
+    lower, upper = bounds
+    ends = [name for name, bound in (("lower", lower), ("upper", upper)) if bound in values]
+    if len(values) == 1:
+        return f"at its {ends[0]} end" if ends else f"{(values[0] - lower) / (upper - lower):.1%}"
+    at_ends = sum(value in (lower, upper) for value in values)
+    return f"{at_ends} of {len(values)} at an end"
 
 
 def front_table(front: Front, spring_count: int) -> Table:
@@ -138,13 +172,20 @@ def design_table(criterion: str, picks: Sequence[Mapping[str, Any]]) -> Table:
     return table
 
 
-def simulation_table(title: str, answers: Sequence[Mapping[str, Any]]) -> Table:
+def simulation_table(title: str, answers: Sequence[Mapping[str, Any]], *, is_motion: bool = False) -> Table:
     """One row a load case: how the forward solve ended, and how far from the reference."""
     table = plain_table(title, ["load case", "role"], ["energy", "residual", "distance", "largest"], ["status"])
     for answer in answers:
-        forward = [f"{answer['energy']:.6g}", f"{answer['residual']:.1e}"]
+        energy = answer["energy"][-1] if is_motion else answer["energy"]
+        forward = [f"{energy:.6g}", f"{answer['residual']:.1e}"]
         errors = [_number(answer["distance"]), _number(answer["max_distance"])]
         table.add_row(answer["name"], answer["role"], *forward, *errors, str(answer["status"]))
+    if is_motion:
+        captioned(
+            table,
+            "energy: kinetic and potential, at the last time; residual: the largest of any step; distance: mean over "
+            "nodes and times; largest: of any node at any time",
+        )
     return table
 
 

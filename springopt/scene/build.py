@@ -25,9 +25,18 @@ class Setup:
     lattice: SpringLattice
     model: Model
     cases: list[LoadCase]
-    reference_positions: Floats
+    reference_positions: Floats  #: [length], shape (c, n, d), or (c, t, n, d) where cases have times
     encoding: Encoding
     objective: Objective
+
+    def reference_parameters(self) -> dict[str, list[float]]:
+        """The fitted parameters of a mass-spring reference, by name; of another reference none."""
+        from springopt.reference.spring import SpringReference
+
+        if not isinstance(self.objective.reference, SpringReference):
+            return {}
+        terms = self.model.terms
+        return {name: terms.defaults[terms.columns(name)].tolist() for name in terms.fitted}
 
 
 def build(scene: Scene, *, threads: int = 1) -> Setup:
