@@ -15,22 +15,38 @@ from springopt.lattice import SpringLattice
 from springopt.load_case import LoadCase
 from springopt.report import style
 from springopt.report.body import project, visible
+from springopt.report.motion import draw_ghosts, earlier
 
 
 @dataclass(frozen=True, eq=False)
 class Deformation:
-    """One load case with the answers of reference and model, positions [length] of shape (n, d)."""
+    """One load case with the answers of reference and model, positions [length] of shape (n, d), or (t, n, d)."""
 
     case: LoadCase
-    reference: Floats
-    model: Floats
+    references: Floats
+    models: Floats
     caption: str
+
+    @property
+    def reference(self) -> Floats:
+        """Shape (n, d); of a motion at its last time."""
+        return self.references if self.case.times is None else self.references[-1]
+
+    @property
+    def model(self) -> Floats:
+        """Shape (n, d); of a motion at its last time."""
+        return self.models if self.case.times is None else self.models[-1]
+
+    def motion(self, name: str) -> Floats:
+        """Positions of the "reference" or the "model" at all times, shape (t, n, d); at rest there is only one."""
+        answers = self.references if name == "reference" else self.models
+        return answers.reshape(-1, *answers.shape[-2:])
 
 
 def deformations(
     cases: Sequence[LoadCase], reference: Floats, model: Floats, errors: Sequence[Mapping[str, Any]]
 ) -> list[Deformation]:
-    """One for each load case, from positions of shape (c, n, d), with the errors as captions."""
+    """One for each load case, from positions of shape (c, n, d) or (c, t, n, d), with the errors as captions."""
     captions = [f"error {error['relative_distance']:#.2g}, largest {error['max_distance']:#.2g}" for error in errors]
     return [Deformation(*parts) for parts in zip(cases, reference, model, captions, strict=True)]
 
@@ -42,6 +58,7 @@ def draw_deformation(axes: Axes, lattice: SpringLattice, present: Booleans, defo
     springs = lattice.springs[present & body.springs]
     joined = body.seen & np.isin(np.arange(lattice.node_count), lattice.springs[present])
     axes.add_collection(LineCollection(list(rest[body.lines]), colors=style.REST, linewidths=0.6, zorder=1))
+    draw_ghosts(axes, body, deformation)
     axes.add_collection(PolyCollection(list(reference[body.faces]), facecolor=style.REFERENCE, alpha=0.13, zorder=2))
     axes.add_collection(LineCollection(list(reference[body.lines]), colors=style.REFERENCE, **style.CASING, zorder=3))
     axes.add_collection(LineCollection(list(model[springs]), colors=style.MODEL, linewidths=0.6, zorder=4))
@@ -60,6 +77,8 @@ def limits(lattice: SpringLattice, deformations: list[Deformation]) -> tuple[Flo
     for deformation in deformations:
         reference = project(deformation.reference)
         points += [reference, project(deformation.model), reference + _arrows(deformation.case, lattice)]
+        for name in ("reference", "model"):
+            points += list(project(earlier(deformation.motion(name))))
     everything = np.concatenate(points)
     margin = 0.03 * np.ptp(everything, axis=0).max()
     return everything.min(axis=0) - margin, everything.max(axis=0) + margin

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from math import ceil
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 from matplotlib import rc_context
@@ -21,11 +22,15 @@ from springopt.report import style
 from springopt.report.convergence import draw_convergence
 from springopt.report.deformation import Deformation, draw_deformation, limits
 from springopt.report.front import draw_front
+from springopt.report.motion import draw_course, draw_distances
 from springopt.report.stiffness import draw_stiffness
 from springopt.run import Improvement
 
 PANEL_WIDTH = 1.65  # inches
-MOST_COLUMNS = 6
+MOTION_WIDTH, COURSE_HEIGHT = 2.3, 1.15
+MOST_COLUMNS, MOST_MOTIONS = 6, 4
+TITLE_DENSITY = 12  # characters an inch
+WIDE = 1.3  # the panel of stiffness with its long legend, beside the others of the summary
 CAPTION = "error: mean distance of the nodes over the smallest rest length; largest: distance of any node"
 ROLES = {"train": "Training", "test": "Test"}
 
@@ -42,26 +47,38 @@ class Learned:
     evaluations: int = 0
     front: Front = field(default_factory=Front)
 
+    @property
+    def is_motion(self) -> bool:
+        return self.deformations[0].case.times is not None
+
 
 def draw(learned: Learned) -> Figure:
-    """Rows of training load cases, rows of test ones, then convergence, front and the histogram of stiffness."""
+    """Rows of training load cases, rows of test ones, then convergence, front and the histogram of stiffness.
+
+    Of a motion each load case is drawn at its last time, earlier ones pale, and below it one node over time.
+    """
     strips = [(label, of_role) for role, label in ROLES.items() if (of_role := _of_role(learned, role))]
-    columns = max(5 if learned.front else 3, *(_columns(len(of_role)) for _, of_role in strips))
+    panel_width = MOTION_WIDTH if learned.is_motion else PANEL_WIDTH
+    most = MOST_MOTIONS if learned.is_motion else MOST_COLUMNS
+    columns = max(5 if learned.front else 3, *(_columns(len(of_role), most) for _, of_role in strips))
     low, high = limits(learned.lattice, learned.deformations)
     width, height = high - low
-    panel_height = PANEL_WIDTH * min(height / width, 1.6) + 0.35
-    heights = [panel_height * ceil(len(of_role) / columns) for _, of_role in strips] + [2.3]
+    parts = [panel_width * min(height / width, 1.6) + 0.35] + [COURSE_HEIGHT] * learned.is_motion
+    heights = [sum(parts) * ceil(len(of_role) / columns) for _, of_role in strips] + [2.3]
     with rc_context(style.SETTINGS):
-        figure = Figure(figsize=(PANEL_WIDTH * columns + 0.3, sum(heights) + 0.6), layout="constrained")
-        figure.suptitle(learned.title, fontsize=9.5, fontweight="bold")
+        figure = Figure(figsize=(panel_width * columns + 0.3, sum(heights) + 0.6), layout="constrained")
+        title = fill(learned.title, int(TITLE_DENSITY * figure.get_figwidth()))
+        figure.suptitle(title, fontsize=9.5, fontweight="bold")
         *frames, below = figure.subfigures(len(heights), 1, squeeze=False, height_ratios=heights)[:, 0]
         for frame, (label, of_role) in zip(frames, strips, strict=True):
             frame.supylabel(label, fontsize=9, fontweight="bold")
-            for axes, deformation in _panels(frame, columns, of_role):
+            for (axes, *below_it), deformation in _panels(frame, columns, of_role, parts):
                 draw_deformation(axes, learned.lattice, learned.stiffness > 0, deformation)
                 axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+                for course in below_it:
+                    draw_course(course, learned.lattice, deformation)
         _draw_summary(below, learned)
-        figure.legend(handles=_legend(), loc="outside lower center", ncols=6, title=CAPTION, **style.LEGEND)
+        figure.legend(handles=_legend(learned.is_motion), loc="outside lower center", ncols=7, title=CAPTION, **style.LEGEND)
     return figure
 
 
@@ -72,12 +89,15 @@ def save(figure: Figure, path: Path) -> None:
 
 
 def _draw_summary(frame: SubFigure, learned: Learned) -> None:
-    """Convergence and front, where there are such, and the stiffness."""
-    *left, right = frame.subplots(1, 1 + bool(learned.history) + bool(learned.front), squeeze=False)[0]
+    """Convergence, front and distance over time, where there are such, and the stiffness."""
+    count = 1 + bool(learned.history) + bool(learned.front) + learned.is_motion
+    *left, right = frame.subplots(1, count, squeeze=False, width_ratios=[*[1.0] * (count - 1), WIDE])[0]
     if learned.history:
         draw_convergence(left.pop(0), learned.history, learned.evaluations)
     if learned.front:
         draw_front(left.pop(0), learned.front, learned.lattice.spring_count)
+    if learned.is_motion:
+        draw_distances(left.pop(0), learned.deformations)
     draw_stiffness(right, learned.stiffness, _classes(learned.lattice))
 
 
@@ -85,17 +105,22 @@ def _of_role(learned: Learned, role: str) -> list[Deformation]:
     return [deformation for deformation in learned.deformations if deformation.case.role == role]
 
 
-def _columns(count: int) -> int:
+def _columns(count: int, most: int) -> int:
     """As many as fill the fewest rows evenly."""
-    return ceil(count / ceil(count / MOST_COLUMNS))
+    return ceil(count / ceil(count / most))
 
 
-def _panels(frame: SubFigure, columns: int, of_role: list[Deformation]) -> Iterator[tuple[Axes, Deformation]]:
-    """Axes in rows for the deformations; those left over in the last row are blank."""
-    grid = frame.subplots(ceil(len(of_role) / columns), columns, squeeze=False).ravel()
-    for blank in grid[len(of_role) :]:
-        blank.set_axis_off()
-    return zip(grid, of_role, strict=False)
+def _panels(
+    frame: SubFigure, columns: int, of_role: list[Deformation], heights: list[float]
+) -> Iterator[tuple[list[Axes], Deformation]]:
+    """Axes of these heights above each other for each deformation, in rows; those left over in the last are blank."""
+    rows, parts = ceil(len(of_role) / columns), len(heights)
+    grid = frame.subplots(rows * parts, columns, squeeze=False, height_ratios=heights * rows)
+    panels = grid.reshape(rows, parts, columns).swapaxes(1, 2).reshape(-1, parts).tolist()
+    for blank in panels[len(of_role) :]:
+        for axes in blank:
+            axes.set_axis_off()
+    return zip(panels, of_role, strict=False)
 
 
 def _classes(lattice: SpringLattice) -> SpringClasses:
@@ -104,13 +129,15 @@ def _classes(lattice: SpringLattice) -> SpringClasses:
     return {name: mask for name, mask in known.items() if name != "all springs"} or known
 
 
-def _legend() -> list[Line2D]:
+def _legend(is_motion: bool) -> list[Line2D]:
     def dots(label: str, marker: str, **look: Any) -> Line2D:
         return Line2D([], [], color=style.INK, linestyle="none", marker=marker, label=label, **look)
 
+    ghosts = [Line2D([], [], color=style.MODEL, linewidth=0.5, alpha=0.5, label="earlier")] if is_motion else []
     return [
         Line2D([], [], color=style.REFERENCE, linewidth=2.6, alpha=0.45, label="reference"),
         Line2D([], [], color=style.MODEL, linewidth=0.7, marker="o", markersize=2, label="mass-spring model"),
+        *ghosts,
         Line2D([], [], color=style.REST, linewidth=0.8, label="rest shape"),
         dots("held", "s", markersize=3),
         dots("moved", "s", markersize=3, markerfacecolor="white", markeredgewidth=0.6),
