@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,11 +12,12 @@ from springopt.checks import Floats, Integers
 from springopt.errors import UserError
 from springopt.lattice import SpringLattice, side, side_names
 from springopt.load_case import LoadCase
-from springopt.model import Model
+from springopt.model import Model, Solution
 from springopt.scene import Scene, Setup
 from springopt.scene.load_case_tables import LoadCaseTable
 
 AXES = "xyz"
+EXACT = 1e-12  # tolerance of solves whose difference matters
 SMALL = 1e-6  # load of a probe, over stiffness times size: its answer is linear
 
 
@@ -43,21 +44,21 @@ def candidates_of(scene: Scene, setup: Setup, *, test_alone: bool) -> list[Candi
     return chosen
 
 
-def generated(setup: Setup, stiffness: Floats) -> list[Candidate]:
+def generated(setup: Setup, row: Floats) -> list[Candidate]:
     """Every side held, another one or a corner loaded along each axis; those without an equilibrium are left out.
 
     Each load is so large that the furthest node moves as far as in the median of the training load cases, to first
-    order in the load.
+    order in the load. They have the times of the training load cases, if these have any.
     """
     model, training = setup.model, [case for case in setup.cases if case.role == "train"]
-    reach = float(np.median(_furthest(model, stiffness, training)))
+    reach, times = float(np.median(_furthest(model, row, training))), training[0].times
     if not reach > 0:
         raise UserError("the training load cases move nothing, so that loads to choose from have no size; give some.")
-    probe = SMALL * float(stiffness.max()) * float(np.ptp(setup.lattice.nodes, axis=0).max())
+    probe = SMALL * float(row[: setup.lattice.spring_count].max()) * float(np.ptp(setup.lattice.nodes, axis=0).max())
     tables = list(_tables(setup.lattice, probe))
-    moved = _furthest(model, stiffness, [_case(table, setup.lattice) for table in tables])
+    moved = _furthest_by_load(model, row, [_case(table, setup.lattice, times) for table in tables])
     sized = [_scaled(table, reach / far) for table, far in zip(tables, moved, strict=True) if 0 < far < np.inf]
-    return [Candidate(_case(table, setup.lattice), table) for table in sized]
+    return [Candidate(_case(table, setup.lattice, times), table) for table in sized]
 
 
 def _tables(lattice: SpringLattice, force: float) -> Iterator[dict[str, Any]]:
@@ -84,8 +85,9 @@ def _along_axes(
         yield {"name": name, "hold": held, "push": {"on": on, "total": total}}
 
 
-def _case(table: dict[str, Any], lattice: SpringLattice) -> LoadCase:
-    return LoadCaseTable.model_validate(table, context={"lattice": lattice}).build(lattice, "train")
+def _case(table: dict[str, Any], lattice: SpringLattice, times: Floats | None) -> LoadCase:
+    case = LoadCaseTable.model_validate(table, context={"lattice": lattice}).build(lattice, "train")
+    return replace(case, times=times)
 
 
 def _scaled(table: dict[str, Any], factor: float) -> dict[str, Any]:
@@ -93,8 +95,20 @@ def _scaled(table: dict[str, Any], factor: float) -> dict[str, Any]:
     return table | {"push": table["push"] | {"total": total}}
 
 
-def _furthest(model: Model, stiffness: Floats, cases: list[LoadCase]) -> Floats:
-    """How far the furthest node of each load case moves, shape (c,); inf without an equilibrium."""
-    solution = model.solve(stiffness, cases)
-    far = np.linalg.norm(solution.displacements, axis=-1).max(axis=-1)
+def _furthest(model: Model, row: Floats, cases: list[LoadCase]) -> Floats:
+    """How far the furthest node of each load case moves, at any time, shape (c,); inf without an equilibrium."""
+    return _reach(solution := model.solve(row, cases), solution.displacements)
+
+
+def _furthest_by_load(model: Model, row: Floats, cases: list[LoadCase]) -> Floats:
+    """As `_furthest`, of small forces alone: without what weights and the like do to the body anyway."""
+    if not model.effects:
+        return _furthest(model, row, cases)
+    solution = model.solve(row, cases, EXACT)
+    unloaded = model.solve(row, [replace(case, forces=np.zeros_like(case.forces)) for case in cases], EXACT)
+    return _reach(solution, solution.displacements - unloaded.displacements)
+
+
+def _reach(solution: Solution, displacements: Floats) -> Floats:
+    far = np.linalg.norm(displacements, axis=-1).reshape(len(displacements), -1).max(axis=-1)
     return np.where([status.has_equilibrium for status in solution.status], far, np.inf)

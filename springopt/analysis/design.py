@@ -24,7 +24,7 @@ from threadpoolctl import threadpool_limits
 from springopt.analysis.candidates import Candidate
 from springopt.analysis.identifiability import standard_errors
 from springopt.analysis.point import Point
-from springopt.analysis.sensitivity import by_unknowns, jacobian, objective_of, sensitivity
+from springopt.analysis.sensitivity import Sensitivity, by_unknowns, jacobian, objective_of, sensitivity
 from springopt.checks import Floats
 from springopt.errors import UserError
 from springopt.scene import Setup
@@ -51,6 +51,7 @@ class Pick:
     score: Score
     scores: list[Score]
     standard_errors: Floats  #: with it [force/length], inf where a spring is not identified, shape (s,)
+    parameter_errors: Floats  #: those of the fitted parameters, shape (f,)
 
 
 def design(
@@ -69,8 +70,9 @@ def design(
     if not 1 <= count <= len(candidates):
         raise UserError(f"of {len(candidates)} candidates 1 to {len(candidates)} can be picked, not {count}.")
     known = sensitivity(setup.objective, setup.encoding, point)
-    blocks = _blocks(setup, point, candidates, known.stiffness)
+    blocks = _blocks(setup, point, candidates, known)
     units = known.widths / (np.sqrt(12.0) * noise)
+    springs = setup.lattice.spring_count
     rows, left, picks = known.unknowns, list(range(len(candidates))), []
     with threadpool_limits(1, user_api="blas"):
         for _ in range(count):
@@ -80,14 +82,14 @@ def design(
             chosen = left.pop(best)
             rows = np.vstack([rows, blocks[chosen]])
             errors = standard_errors(known.spread, rows, noise)
-            picks.append(Pick(candidates[chosen], scores[best], scores, errors))
+            picks.append(Pick(candidates[chosen], scores[best], scores, errors[:springs], errors[springs:]))
     return picks
 
 
-def _blocks(setup: Setup, point: Point, candidates: Sequence[Candidate], stiffness: Floats) -> Floats:
-    """The Jacobian of each candidate, shape (c, n d, u)."""
+def _blocks(setup: Setup, point: Point, candidates: Sequence[Candidate], known: Sensitivity) -> Floats:
+    """The Jacobian of each candidate, shape (c, n d, u); in motion (c, t n d, u)."""
     objective = objective_of(setup.objective, [candidate.case for candidate in candidates])
-    derivatives = by_unknowns(setup.encoding, point, jacobian(objective, stiffness, point.said))
+    derivatives = by_unknowns(setup.encoding, point, jacobian(objective, known.row, point.said)) * known.units
     return derivatives.reshape(len(candidates), -1, derivatives.shape[1])
 
 

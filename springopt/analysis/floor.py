@@ -15,7 +15,7 @@ from threadpoolctl import threadpool_limits
 from springopt.analysis.analytic_start import analytic_start
 from springopt.analysis.floor_search import Found, Progress, search_bits, search_box
 from springopt.analysis.known_floor import Floor
-from springopt.analysis.point import encode, reference_stiffness
+from springopt.analysis.point import encode, reference_row
 from springopt.checks import Floats
 from springopt.errors import UserError
 from springopt.forward.status import has_equilibrium
@@ -88,7 +88,7 @@ def _sampled(setup: Setup) -> float:
 
 def _zero(setup: Setup) -> Found | None:
     """The point of a reference without noise, if the encoding has one and the forward solve agrees that it is right."""
-    reference = reference_stiffness(setup)
+    reference = reference_row(setup)
     if reference is None or setup.scene.reference.noise is not None:
         return None
     point, is_exact = encode(setup.encoding, reference)

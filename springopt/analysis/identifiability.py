@@ -1,4 +1,4 @@
-"""Which springs the load cases of a scene identify, and how well.
+"""Which springs the load cases of a scene identify, and how well; and which parameters of effects, if any are fitted.
 
 Near a point the residuals r are linear in the unknowns z, with Jacobian J. Noise of standard deviation sigma in every
 coordinate of the reference's positions makes the least-squares estimate of z err with covariance sigma^2 (J'J)^-1
@@ -8,7 +8,7 @@ component along one has an infinite error. A load case of weight w counts as w m
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -37,10 +37,21 @@ class Unseen:
 
 @dataclass(frozen=True)
 class Shared:
-    """Springs of which only some combinations are identified: a change of one can be made up for by the others."""
+    """What is identified in some combinations only: a change of one spring can be made up for by the others."""
 
     springs: list[int]
     free_directions: int  #: how many independent changes leave all positions as they are
+    parameters: list[str] = field(default_factory=list)  #: of effects that have a part in it
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A fitted number of an effect."""
+
+    name: str  #: as "volume.modulus"; "bending.stiffness[3]" where there are several
+    value: float
+    standard_error: float  #: inf where it is not identified
+    best_case: int  #: which training load case sees it best, -1 for none
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +67,7 @@ class Identifiability:
     best_case: Integers  #: which training load case sees each spring best, -1 for none, shape (s,)
     unseen: list[Unseen]
     shared: list[Shared]
+    parameters: list[Parameter]  #: empty where none are fitted
 
     @property
     def condition(self) -> float:
@@ -82,27 +94,46 @@ def identify(setup: Setup, point: Point, *, noise: float | None = None) -> Ident
     noise = NOISE * objective.smallest_rest_length if noise is None else require_positive("noise", noise)
     derivatives = sensitivity(objective, setup.encoding, point)
     spectrum = _spectrum(derivatives.unknowns)
-    strengths = _strengths(derivatives, sum(case.role == "train" for case in setup.cases))
-    stretched = stretch(objective, derivatives.stiffness)
-    is_seen_in = seen(stretched, derivatives.stiffness, strengths)
+    springs = setup.lattice.spring_count
+    stiffness = derivatives.row[:springs]
+    every_strength = _strengths(derivatives, sum(case.role == "train" for case in setup.cases))
+    strengths = every_strength[:, :springs]
+    stretched = stretch(objective, derivatives.row)
+    is_seen_in = seen(setup.model, stretched, stiffness, strengths)
     is_seen: Booleans = np.any(is_seen_in, axis=0)
     unseen = np.flatnonzero(~is_seen).tolist()
-    reasons = why_unseen(objective, derivatives.stiffness, stretched, unseen)
+    reasons = why_unseen(objective, derivatives.row, stretched, unseen)
+    errors = _standard_errors(derivatives.spread, spectrum, noise)
+    parameters = _parameters(setup, derivatives.row, errors, every_strength)
+    acts = np.concatenate([is_seen, every_strength[:, springs:].any(axis=0)])
+    loose = (derivatives.spread @ spectrum.free) / np.linalg.norm(derivatives.spread, axis=1, keepdims=True)
     return Identifiability(
         at=point.said,
         noise=float(noise),
-        stiffness=derivatives.stiffness,
-        standard_errors=_standard_errors(derivatives.spread, spectrum, noise),
+        stiffness=stiffness,
+        standard_errors=errors[:springs],
         singular_values=spectrum.values,
         rank=spectrum.rank,
         best_case=np.where(is_seen, (strengths * is_seen_in).argmax(axis=0), -1),
         unseen=[Unseen(spring, why) for spring, why in zip(unseen, reasons, strict=True)],
-        shared=_shared(derivatives.spread @ spectrum.free, is_seen),
+        shared=_shared(loose, acts, [parameter.name for parameter in parameters]),
+        parameters=parameters,
     )
 
 
+def _parameters(setup: Setup, row: Floats, errors: Floats, strengths: Floats) -> list[Parameter]:
+    """From errors (s + f,) and strengths (c, s + f)."""
+    terms, springs = setup.model.terms, setup.lattice.spring_count
+    counts = {name: terms.count(name) for name in terms.fitted}
+    names = [name if count == 1 else f"{name}[{i}]" for name, count in counts.items() for i in range(count)]
+    return [
+        Parameter(name, float(row[i]), float(errors[i]), int(strengths[:, i].argmax()) if strengths[:, i].any() else -1)
+        for i, name in enumerate(names, start=springs)
+    ]
+
+
 def standard_errors(spread: Floats, jacobian: Floats, noise: float) -> Floats:
-    """Of the stiffness, shape (s,), from its derivatives by the unknowns (s, u), and those of the residuals (r, u)."""
+    """Of stiffness and parameters, shape (s + f,), from derivatives by the unknowns: theirs (s + f, u), residuals' (r, u)."""
     return _standard_errors(spread, _spectrum(jacobian), noise)
 
 
@@ -133,12 +164,12 @@ def _standard_errors(spread: Floats, spectrum: _Spectrum, noise: float) -> Float
 
 
 def _strengths(derivatives: Sensitivity, case_count: int) -> Floats:
-    """How far each spring moves the nodes of each load case, per unit of stiffness, shape (c, s)."""
-    return np.linalg.norm(derivatives.springs.reshape(case_count, -1, len(derivatives.stiffness)), axis=1)
+    """How far each spring or parameter moves the nodes of each load case, per unit of it, shape (c, s + f)."""
+    return np.linalg.norm(derivatives.by_row.reshape(case_count, -1, len(derivatives.row)), axis=1)
 
 
-def _shared(loose: Floats, is_seen: Booleans) -> list[Shared]:
-    """Groups of seen springs that make up for each other, from the free directions of stiffness, shape (s, f)."""
+def _shared(loose: Floats, is_seen: Booleans, parameters: list[str]) -> list[Shared]:
+    """Groups of seen springs and parameters that make up for each other, from their free directions, (s + f, free)."""
     sizes = np.linalg.norm(loose, axis=1)
     left, groups = set(np.flatnonzero(is_seen & (sizes > LOOSE)).tolist()), []
     together = np.abs(loose @ loose.T) > LOOSE * np.outer(sizes, sizes)
@@ -148,6 +179,8 @@ def _shared(loose: Floats, is_seen: Booleans) -> list[Shared]:
             group |= fresh
             fresh = set(np.flatnonzero(together[sorted(fresh)].any(axis=0)).tolist()) & left - group
         left -= group
-        springs = sorted(group)
-        groups.append(Shared(springs, int(np.linalg.matrix_rank(loose[springs], tol=LOOSE))))
+        members, springs = sorted(group), len(loose) - len(parameters)
+        own = [parameters[i - springs] for i in members if i >= springs]
+        rank = int(np.linalg.matrix_rank(loose[members], tol=LOOSE))
+        groups.append(Shared([i for i in members if i < springs], rank, own))
     return groups

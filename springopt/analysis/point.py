@@ -32,7 +32,7 @@ def choose_point(setup: Setup, place: str | None = None, best: Floats | None = N
         place: one of `PLACES`.
         best: the best point of a run, shape (size,), if there is one.
     """
-    reference = reference_stiffness(setup)
+    reference = reference_row(setup)
     place = place or ("best" if best is not None else "middle" if reference is None else "reference")
     if place == "best":
         if best is None:
@@ -53,16 +53,21 @@ def choose_point(setup: Setup, place: str | None = None, best: Floats | None = N
     return Point(middle, "in the middle of the box, as no better point is known")
 
 
-def reference_stiffness(setup: Setup) -> Floats | None:
-    """Stiffness of a mass-spring reference [force/length], shape (s,); None where the reference is no such model."""
+def reference_row(setup: Setup) -> Floats | None:
+    """Stiffness of a mass-spring reference [force/length] and its fitted parameters, shape (s + f,).
+
+    None where the reference is no such model.
+    """
     reference = setup.objective.reference
-    return reference.stiffness if isinstance(reference, SpringReference) else None
+    if not isinstance(reference, SpringReference):
+        return None
+    return np.concatenate([reference.stiffness, *map(np.array, setup.reference_parameters().values())])
 
 
-def encode(encoding: Encoding, stiffness: Floats) -> tuple[Floats, bool]:
-    """The point of the encoding closest to a stiffness, shape (s,), and whether it is that stiffness."""
-    point = encoding.encode(stiffness)
-    return point, bool(np.allclose(encoding.decode(point), stiffness, rtol=1e-12, atol=0.0))
+def encode(encoding: Encoding, row: Floats) -> tuple[Floats, bool]:
+    """The point of the encoding closest to a stiffness and parameters, shape (s + f,), and whether it is these."""
+    point = encoding.encode(row)
+    return point, bool(np.allclose(encoding.decode(point), row, rtol=1e-12, atol=0.0))
 
 
 def _at_start(setup: Setup) -> Point:
@@ -75,7 +80,7 @@ def _at_start(setup: Setup) -> Point:
     return Point(start[0], "at the analytic start")
 
 
-def _at_reference(encoding: Encoding, stiffness: Floats) -> Point:
-    point, is_exact = encode(encoding, stiffness)
+def _at_reference(encoding: Encoding, row: Floats) -> Point:
+    point, is_exact = encode(encoding, row)
     closest = "at the point of the encoding closest to the reference's stiffness, which it can't express"
     return Point(point, "at the reference's stiffness" if is_exact else closest)

@@ -44,6 +44,7 @@ def _pick(pick: Pick) -> dict[str, Any]:
     return asdict(pick.score) | {
         "identified": len(finite),
         "largest_standard_error": max(finite, default=None),
+        "parameter_errors": [error if isfinite(error) else None for error in pick.parameter_errors.tolist()],
         "table": pick.candidate.table,
         "scores": [asdict(score) for score in pick.scores],
     }

@@ -56,6 +56,8 @@ def command(
 ) -> None:
     """Say which springs the training load cases see, which not and why, and the standard error of each.
 
+    Parameters of effects that the scene fits are unknowns beside the springs, and have a standard error, too.
+
     The answer holds near one stiffness: by default the best of a run, of a scene that of its mass-spring reference,
     where it has another reference the middle of the box. With --design also which load cases to add.
     """
@@ -105,7 +107,21 @@ def _document(setup: Setup, found: Identifiability) -> dict[str, Any]:
         "springs": _springs(setup, found),
         "unseen": [asdict(unseen) for unseen in found.unseen],
         "shared": [asdict(shared) for shared in found.shared],
+        "parameters": _parameters(setup, found),
     }
+
+
+def _parameters(setup: Setup, found: Identifiability) -> list[dict[str, Any]]:
+    training = [case.name for case in setup.cases if case.role == "train"]
+    return [
+        {
+            "name": parameter.name,
+            "value": parameter.value,
+            "standard_error": parameter.standard_error if isfinite(parameter.standard_error) else None,
+            "seen_best_in": training[parameter.best_case] if parameter.best_case >= 0 else None,
+        }
+        for parameter in found.parameters
+    ]
 
 
 def _springs(setup: Setup, found: Identifiability) -> list[dict[str, Any]]:
@@ -131,14 +147,14 @@ def _springs(setup: Setup, found: Identifiability) -> list[dict[str, Any]]:
 
 
 def _print(answer: dict[str, Any]) -> None:
-    from springopt.report.tables import precision_table, unseen_table
+    from springopt.report.tables import parameter_precision_table, precision_table, unseen_table
 
     identified = [row for row in answer["springs"] if row["standard_error"] is not None]
     condition = "-" if answer["condition"] is None else f"{answer['condition']:.3g}"
     click.echo(f"{answer['scene']}, {answer['at']}")
     click.echo(
         f"rank {answer['rank']} of {answer['unknowns']} unknowns, condition {condition}; {len(identified)} of "
-        f"{len(answer['springs'])} springs identified; noise of the reference's coordinates {answer['noise']:g}"
+        f"{len(answer['springs'])} springs identified{_of_parameters(answer['parameters'])}; noise of the reference's coordinates {answer['noise']:g}"
     )
     if answer["unseen"]:
         print_table(unseen_table(answer["unseen"], answer["springs"]))
@@ -146,12 +162,23 @@ def _print(answer: dict[str, Any]) -> None:
         click.echo(_sentence(**shared))
     if identified:
         print_table(precision_table(identified))
+    if answer["parameters"]:
+        print_table(parameter_precision_table(answer["parameters"]))
 
 
-def _sentence(springs: list[int], free_directions: int) -> str:
+def _of_parameters(parameters: list[dict[str, Any]]) -> str:
+    identified = sum(row["standard_error"] is not None for row in parameters)
+    return f", {identified} of {len(parameters)} parameters" if parameters else ""
+
+
+def _sentence(springs: list[int], free_directions: int, parameters: list[str]) -> str:
     shown = ", ".join(map(str, springs[:20])) + (", ..." if len(springs) > 20 else "")
     ways = "one way" if free_directions == 1 else f"{free_directions} independent ways"
-    return f"\n{len(springs)} springs make up for each other in {ways}, so that none of them is identified: {shown}"
+    members = " and ".join([f"{len(springs)} springs"] * bool(springs) + [", ".join(parameters)] * bool(parameters))
+    if len(springs) + len(parameters) == 1:
+        return f"\n{', '.join(parameters) or f'spring {springs[0]}'} is not identified, to rounding"
+    named = f": {shown}" if springs else ""
+    return f"\n{members} make up for each other in {ways}, so that none of them is identified{named}"
 
 
 def _draw(path: Path, setup: Setup, found: Identifiability) -> None:

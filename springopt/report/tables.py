@@ -155,6 +155,15 @@ def precision_table(springs: Sequence[Mapping[str, Any]]) -> Table:
     return table
 
 
+def parameter_precision_table(parameters: Sequence[Mapping[str, Any]]) -> Table:
+    """One row a fitted parameter of an effect."""
+    table = plain_table("Parameters", ["parameter"], ["value", "standard error"], ["seen best in"])
+    for row in parameters:
+        error = "not identified" if row["standard_error"] is None else f"{row['standard_error']:.3g}"
+        table.add_row(row["name"], f"{row['value']:.6g}", error, row["seen_best_in"] or "none")
+    return table
+
+
 def design_table(criterion: str, picks: Sequence[Mapping[str, Any]]) -> Table:
     """One row a load case that was picked: what it brings beside those above it."""
     numbers = ["gain", "known", "smallest", "identified", "largest error"]

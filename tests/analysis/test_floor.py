@@ -13,7 +13,7 @@ from springopt.analysis.analytic_start import analytic_start
 from springopt.analysis.descent import gradient_optimum
 from springopt.analysis.floor import compute_floor, floor_at
 from springopt.analysis.known_floor import Floor, floor_file, read_floor, store_floor, stored_floors
-from springopt.analysis.point import reference_stiffness
+from springopt.analysis.point import reference_row
 from springopt.budget import Budget
 from springopt.errors import UserError
 from springopt.problem import Problem
@@ -213,7 +213,7 @@ def test_the_stored_floor_of_a_bundled_scene_is_current_and_its_point_has_that_v
     assert floor is not None, f"compute it: springopt floor {name}"
     assert (floor.scene, floor.digest) == (name, scene.digest()), f"compute it again: springopt floor {name}"
     setup = scene.build()
-    point = setup.encoding.encode(reference_stiffness(setup)) if floor.point is None else np.array(floor.point)
+    point = setup.encoding.encode(reference_row(setup)) if floor.point is None else np.array(floor.point)
     value = setup.objective.evaluate(setup.encoding.decode(point[None])).values[0]
     assert value == pytest.approx(floor.reached, rel=1e-7, abs=1e-9)
     assert floor.value == (floor.reached if floor.proof is None else 0.0)
