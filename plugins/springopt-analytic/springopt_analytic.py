@@ -236,6 +236,12 @@ def _estimated_young(name: str, objective: Objective, unit: Floats) -> float:
     that of the springs, in proportion to Young's modulus. Exact where the reference is a lattice of this formula.
     """
     model = objective.model
+    if any(case.times is not None for case in objective.cases):
+        raise NotServed(
+            f"{name} tells Young's modulus from a body at rest, and these load cases have times; give it by "
+            "--set young=NUMBER.",
+            word="motion",
+        )
     training = [number for number, case in enumerate(objective.cases) if case.role == "train"]
     positions = objective.reference_positions[training]
     moves = np.where([objective.cases[number].supports for number in training], 0.0, positions - model.lattice.nodes)

@@ -19,7 +19,6 @@ from springopt.optimizer import Optimizer
 from springopt.problem import Problem
 
 if TYPE_CHECKING:  # kernels, which are not to be imported where optimizers are only listed
-    from springopt.model import Model
     from springopt.objective import Objective
 
 #: How strongly an unknown that no load case tells is drawn to the common number, beside the others' weight.
@@ -52,7 +51,7 @@ class Balance(Optimizer):
 
     def minimize(self, problem: Problem, rng: np.random.Generator) -> None:
         objective, encoding, lower = cast("Objective", problem.objective), problem.encoding, problem.lower
-        _require_springs_alone(objective.model)
+        _require_springs_alone(objective)
         cases = _cases(objective, problem.size)
         origin = encoding.decode(lower)
         slopes = encoding.pull_back(lower, np.eye(len(origin)))
@@ -216,13 +215,25 @@ def _imbalance(balances: list[Floats], numbers: Floats) -> float:
     return float(np.linalg.norm(rows[:, :-1] @ numbers - rows[:, -1]) / loads) if loads else 0.0
 
 
-def _require_springs_alone(model: Model) -> None:
-    """Refuses effects whose forces depend on more than the stiffness of springs."""
-    for term, _ in model.terms.potentials:
+def _require_springs_alone(objective: Objective) -> None:
+    """Refuses motions, fitted parameters, and effects whose forces depend on more than the stiffness of springs."""
+    terms = objective.model.terms
+    if any(case.times is not None for case in objective.cases):
+        raise NotServed(
+            "balance knows forces at rest, and these load cases have times; leave the times out, or use gauss-newton.",
+            word="motion",
+        )
+    for term, _ in terms.potentials:
         raise NotServed(
             f"balance knows springs and constant forces, and {term.name} adds forces of its own; "
             "leave it out, or use gauss-newton.",
             word="effects",
+        )
+    if terms.fitted:
+        raise NotServed(
+            f"balance finds the stiffness alone, and this scene fits {', '.join(terms.fitted)} too; leave "
+            "encoding.parameters out, or use gauss-newton.",
+            word="parameters",
         )
 
 

@@ -49,7 +49,7 @@ def errors_table(errors: Sequence[Mapping[str, Any]]) -> Table:
             sums["max_distance"] = max((row["max_distance"] for row in rows), key=lambda x: -1 if x is None else x)
             table.add_row("sum", role, *_numbers(sums), "", style="bold", end_section=True)
     table.caption = (
-        "distance: mean over the nodes, in motion over the times too; relative: the same over the smallest rest length; "
+        "distance: mean over the nodes; relative: the same over the smallest rest length; "
         "squares: half the sum of squared differences; largest: distance of any node. "
         "The sums over train are the objective in its three definitions."
     )

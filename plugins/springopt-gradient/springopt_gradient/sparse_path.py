@@ -44,6 +44,12 @@ class SparsePath(Optimizer):
         require_positive("option tolerance of sparse-path", self.tolerance)
 
     def minimize(self, problem: Problem, rng: np.random.Generator) -> None:
+        if problem.encoding.parameter_count:
+            raise NotServed(
+                "sparse-path makes numbers zero, one after the other, and this scene fits parameters of effects beside "
+                "the springs; leave encoding.parameters out, or use gauss-newton.",
+                word="parameters",
+            )
         if problem.lower.any():
             raise NotServed(
                 "sparse-path needs numbers that can be zero; give the scene's encoding a lower bound of 0.", word="zero"
