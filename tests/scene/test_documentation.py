@@ -15,7 +15,7 @@ PAGE = (Path(__file__).parents[2] / "docs" / "scenes.md").read_text(encoding="ut
 def test_a_documented_scene_builds(tmp_path: Path, text: str) -> None:
     (tmp_path / "documented.toml").write_text(text, encoding="utf-8")
     setup = load_scene(tmp_path / "documented.toml").build()
-    assert setup.encoding.size == setup.lattice.spring_count
+    assert setup.encoding.size == setup.lattice.spring_count + setup.encoding.parameter_count
 
 
 def test_every_table_and_key_of_a_scene_is_documented() -> None:
