@@ -139,7 +139,8 @@ def _balanced_jobs(group: Group, rows: NDArray[np.float64], tolerance: float, eq
     plan = group.plan
     is_supported = np.zeros(plan.nodes.size, dtype=np.bool_)
     is_supported[plan.supported] = True
-    if len(plan.potentials.addresses):  # an effect may hold what no support holds
+    # An effect may hold what no support holds, unless it is a law of the springs.
+    if any(not term.effect.scales_with_stiffness for term, _ in group.terms.potentials):
         net = np.zeros((len(rows), len(group.cases)))
     else:
         net = net_forces_on_floating_parts(plan.ends, rows, is_supported, group.forces, plan.dimension)
