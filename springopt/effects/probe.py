@@ -42,7 +42,7 @@ def probe(
     body = (np.ascontiguousarray(lattice.nodes), kernel.integers, kernel.numbers)  # grids have them column by column
     _call(kernel.function.address, d, n, body, places, tuple(read), (forces, blocks, energy))
     kernel.raise_failure()
-    by_pair = _states(blocks, count).reshape(count, -1, d, d)
+    by_pair = _states(blocks, count).reshape(count, len(kernel.pairs), d, d)
     return Probe(_states(energy, count)[:, 0], _states(forces, count), by_pair)
 
 
@@ -50,12 +50,12 @@ def _lanes(states: Floats) -> Floats:
     """States (l, rows), eight side by side, shape (eights, rows, 8); spare lanes repeat the last."""
     eights = -(-len(states) // LANE_COUNT)
     every = np.minimum(np.arange(eights * LANE_COUNT), len(states) - 1)
-    return np.ascontiguousarray(states[every].reshape(eights, LANE_COUNT, -1).swapaxes(1, 2))
+    return np.ascontiguousarray(states[every].reshape(eights, LANE_COUNT, states.shape[1]).swapaxes(1, 2))
 
 
 def _states(lanes: Floats, count: int) -> Floats:
     """The way back, shape (l, rows)."""
-    return lanes.swapaxes(1, 2).reshape(-1, lanes.shape[1])[:count]
+    return lanes.swapaxes(1, 2).reshape(len(lanes) * LANE_COUNT, lanes.shape[1])[:count]
 
 
 @compiled

@@ -45,7 +45,7 @@ def test_an_oscillator_has_its_frequency_to_second_order(integrator):
     times = np.linspace(0.0, 6.0, 13)[1:]
     exact = 0.1 / 8.0 * (1.0 - np.cos(np.sqrt(8.0 / 2.0) * times))
     errors = [np.abs(elongations(oscillator(h, times, integrator)) - exact).max() for h in (0.1, 0.05, 0.025)]
-    # The trapezoidal rule turns by (omega h)^2 / 12 too little: 0.0025 of an angle of 12 here, of an amplitude of 0.0125.
+    # The trapezoidal rule turns by (omega h)^2 / 12 too little: 0.0025 of an angle of 12, at an amplitude of 0.0125.
     assert errors[2] < 3.2e-5
     assert 3.6 < errors[0] / errors[1] < 4.4
     assert 3.6 < errors[1] / errors[2] < 4.4
