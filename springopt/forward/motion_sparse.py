@@ -57,7 +57,7 @@ class MotionSearch:
     def _factorize_rest(self, jobs: MotionJobs, options: Options) -> None:
         work, plan = self.work, self.work.plan
         candidate = jobs.candidate[0]
-        work.evaluate(jobs.candidates[candidate], np.zeros((1, plan.nodes.size)))
+        work.evaluate_rest(jobs.candidates[candidate])
         share = 0.5 if options.is_midpoint else 1.0
         stiff = 2.0 / options.step**2 if options.is_midpoint else (GAMMA * options.step) ** -2
         by_axis = np.repeat(jobs.masses[candidate][:, None], plan.dimension, axis=1)

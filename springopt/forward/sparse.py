@@ -102,7 +102,7 @@ class Search:
     def factorize_rest(self, candidate: Floats) -> None:
         """The preconditioner, scaled by a power of two into the range of single precision."""
         work = self.work
-        work.evaluate(candidate, np.zeros((1, work.plan.nodes.size)))
+        work.evaluate_rest(candidate)
         weight = 2.0 ** -np.round(np.log2(work.state.scale.max(initial=1e-300)))
         work.fill(self.at_rest, self.solver.layout, 0, weight)
         self.at_rest.factorize(USUAL_REPLACEMENT)
