@@ -17,12 +17,12 @@ from springopt.forward.choose import require_known
 from springopt.forward.derivatives import Linearization, linearize
 from springopt.forward.followed import BRANCHES, MINIMUM
 from springopt.forward.lane_factors import tangents
-from springopt.forward.motion import Motions, move
-from springopt.forward.motion_derivatives import MotionLinearization, linearize_motion
+from springopt.forward.motion.derivatives import MotionLinearization, linearize_motion
+from springopt.forward.motion.follow import Motions, move
+from springopt.forward.motion.stepping import Stepping
 from springopt.forward.plan import make_plan
 from springopt.forward.spring_forces import forces_per_stiffness
 from springopt.forward.status import STATUSES, Status
-from springopt.forward.stepping import Stepping
 from springopt.forward.terms import Terms
 from springopt.forward.workspace import Workspace
 from springopt.lattice import SpringLattice

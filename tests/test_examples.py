@@ -21,6 +21,7 @@ def example(name: str) -> ModuleType:
 def test_every_example_is_tested_here() -> None:
     assert {path.stem for path in EXAMPLES.glob("*.py")} == {"beam_with_scipy"}
     assert {path.parent.name for path in EXAMPLES.glob("*/pyproject.toml")} == {
+        "third_party_effect",
         "third_party_optimizer",
         "third_party_scenes",
     }
