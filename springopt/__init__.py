@@ -32,7 +32,7 @@ _HOME = {
     "SpringLattice": "springopt.lattice",
     "SpringReference": "springopt.reference.spring",
     "Status": "springopt.forward.status",
-    "Stepping": "springopt.forward.stepping",
+    "Stepping": "springopt.forward.motion.stepping",
     "Stiffening": "springopt.effects.stiffening",
     "TensionOnly": "springopt.effects.tension_only",
     "Volume": "springopt.effects.volume",

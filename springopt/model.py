@@ -17,12 +17,12 @@ from springopt.forward.choose import require_known
 from springopt.forward.derivatives import Linearization, linearize
 from springopt.forward.followed import BRANCHES, MINIMUM
 from springopt.forward.lane_factors import tangents
-from springopt.forward.motion import Motions, move
-from springopt.forward.motion_derivatives import MotionLinearization, linearize_motion
+from springopt.forward.motion.derivatives import MotionLinearization, linearize_motion
+from springopt.forward.motion.follow import Motions, move
+from springopt.forward.motion.stepping import Stepping
 from springopt.forward.plan import make_plan
 from springopt.forward.spring_forces import forces_per_stiffness
 from springopt.forward.status import STATUSES, Status
-from springopt.forward.stepping import Stepping
 from springopt.forward.terms import Terms
 from springopt.forward.workspace import Workspace
 from springopt.lattice import SpringLattice
@@ -57,6 +57,8 @@ class Model:
                     f"effects must be a list of Effect, not {type(effect).__name__}; try Gravity((0, -9.81))."
                 )
         object.__setattr__(self, "effects", effects)
+        if self.kinematics == "nonlinear":  # what exact kinematics were called once
+            object.__setattr__(self, "kinematics", "exact")
         require_known(self.kinematics, self.engine)
         if isinstance(self.threads, bool) or not isinstance(self.threads, Integral) or self.threads < 1:
             raise UserError(f"threads must be a whole number from 1 on, not {self.threads!r}.")
@@ -65,6 +67,10 @@ class Model:
             raise UserError(f"branch must be one of {', '.join(BRANCHES)}, not {self.branch!r}.{hint}")
         object.__setattr__(self, "fitted", (self.fitted,) if isinstance(self.fitted, str) else tuple(self.fitted))
         _require_expansions(self.terms, self.kinematics)  # makes the terms: options that do not fit are refused here
+
+    def __getstate__(self) -> dict[str, object]:
+        """Without the terms, which hold compiled kernels and are made again."""
+        return {name: value for name, value in self.__dict__.items() if name != "terms"}
 
     @cached_property
     def terms(self) -> Terms:

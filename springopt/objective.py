@@ -14,8 +14,8 @@ from springopt.checks import Floats, floats, require_finite, require_nonnegative
 from springopt.errors import NoEquilibrium, UserError, did_you_mean
 from springopt.forward.batch import Equilibria, Group
 from springopt.forward.derivatives import Linearization
-from springopt.forward.motion import Motions
-from springopt.forward.motion_derivatives import MotionLinearization
+from springopt.forward.motion.derivatives import MotionLinearization
+from springopt.forward.motion.follow import Motions
 from springopt.forward.rest_modes import zero_mode_shares
 from springopt.forward.status import STATUSES, Status, has_equilibrium
 from springopt.load_case import LoadCase

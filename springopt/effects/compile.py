@@ -61,8 +61,8 @@ def _is_cached(kernel: Any) -> bool:
 def cache_folder() -> Path:
     """The user's cache folder, or a temporary one where that can't be written."""
     digest = hashlib.blake2b(digest_size=8)
-    for path in sorted(Path(__file__).parent.parent.glob("*/*.py")):
-        if path.parent.name in ("effects", "forward"):
+    for room in ("effects", "forward"):
+        for path in sorted((Path(__file__).parent.parent / room).rglob("*.py")):
             digest.update(path.read_bytes())
     name = f"kernels-{digest.hexdigest()}"
     for parent in (user_cache_path("springopt"), Path(tempfile.gettempdir()) / f"springopt-{_owner()}"):

@@ -54,7 +54,7 @@ NOT_FITTED: frozenset[str] = frozenset()
 class Kernel:
     """A compiled kernel, and what it reads that is the same for all equilibria."""
 
-    function: Any  #: has an `address`: that of a function of KERNEL_SIGNATURE; in Python also a `failure`
+    function: Any  #: has an `address`: that of a function of KERNEL_SIGNATURE; one in Python may have a `failure`
     pairs: Integers  #: the nodes (i, j) whose blocks dF_i / du_j it adds to, in the order of its places, shape (q, 2)
     integers: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     numbers: Floats = field(default_factory=lambda: np.zeros(0))
@@ -62,7 +62,7 @@ class Kernel:
 
     def raise_failure(self) -> None:
         """Raise, once, the first error inside a kernel that is Python: its compiled callers can't let it through."""
-        failure = None if self.is_compiled else self.function.failure
+        failure = None if self.is_compiled else getattr(self.function, "failure", None)
         if failure is not None:
             self.function.failure = None
             raise failure

@@ -1,6 +1,7 @@
 """One kernel by itself, outside any solve: its energy, forces and blocks, at up to any number of states."""
 
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -11,12 +12,29 @@ from springopt.effects.lanes import LANE_COUNT
 from springopt.lattice import SpringLattice
 
 
-class Probe(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Probe:
     """What a kernel adds at l states; of a dissipation the power in place of the energy."""
 
-    energy: Floats  # shape (l,)
-    forces: Floats  # internal forces, shape (l, n d)
-    blocks: Floats  # dF_i / du_j of each of its pairs, shape (l, q, d, d)
+    count: int  #: l
+    dimension: int
+    lanes: tuple[Floats, Floats, Floats]  #: energy, forces and blocks as the kernel has them, (eights, rows, 8) each
+
+    @property
+    def energy(self) -> Floats:
+        """Shape (l,)."""
+        return _states(self.lanes[0], self.count)[:, 0]
+
+    @property
+    def forces(self) -> Floats:
+        """Internal forces, shape (l, n d)."""
+        return _states(self.lanes[1], self.count)
+
+    @property
+    def blocks(self) -> Floats:
+        """dF_i / du_j of each of its pairs, shape (l, q, d, d)."""
+        d, rows = self.dimension, self.lanes[2].shape[1]
+        return _states(self.lanes[2], self.count).reshape(self.count, rows // (d * d), d, d)
 
 
 def probe(
@@ -34,28 +52,27 @@ def probe(
     stiffness = np.broadcast_to(stiffness, (count, lattice.spring_count))
     values = np.broadcast_to(values, (count, np.shape(values)[-1]))
     read = [_lanes(rows) for rows in (stiffness, values, displacements, velocities)]
-    forces, blocks, energy = (
-        np.zeros((len(read[0]), rows, LANE_COUNT)) for rows in (lattice.nodes.size, len(kernel.pairs) * d * d, 1)
+    energy, forces, blocks = (
+        np.zeros((len(read[0]), rows, LANE_COUNT)) for rows in (1, lattice.nodes.size, len(kernel.pairs) * d * d)
     )
     # Every pair has a block of its own here, stored as it is declared.
     places = 2 * d * d * np.arange(len(kernel.pairs), dtype=np.int64)
     body = (np.ascontiguousarray(lattice.nodes), kernel.integers, kernel.numbers)  # grids have them column by column
     _call(kernel.function.address, d, n, body, places, tuple(read), (forces, blocks, energy))
     kernel.raise_failure()
-    by_pair = _states(blocks, count).reshape(count, -1, d, d)
-    return Probe(_states(energy, count)[:, 0], _states(forces, count), by_pair)
+    return Probe(count, d, (energy, forces, blocks))
 
 
 def _lanes(states: Floats) -> Floats:
     """States (l, rows), eight side by side, shape (eights, rows, 8); spare lanes repeat the last."""
     eights = -(-len(states) // LANE_COUNT)
     every = np.minimum(np.arange(eights * LANE_COUNT), len(states) - 1)
-    return np.ascontiguousarray(states[every].reshape(eights, LANE_COUNT, -1).swapaxes(1, 2))
+    return np.ascontiguousarray(states[every].reshape(eights, LANE_COUNT, states.shape[1]).swapaxes(1, 2))
 
 
 def _states(lanes: Floats, count: int) -> Floats:
     """The way back, shape (l, rows)."""
-    return lanes.swapaxes(1, 2).reshape(-1, lanes.shape[1])[:count]
+    return lanes.swapaxes(1, 2).reshape(len(lanes) * LANE_COUNT, lanes.shape[1])[:count]
 
 
 @compiled

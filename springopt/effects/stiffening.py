@@ -17,7 +17,7 @@ class Stiffening(Effect):
     """The tension k L0 (e + quadratic e |e| + cubic e^3) at the strain e = (L - L0) / L0, in place of k L0 e.
 
     Tension and compression are alike. Positive numbers harden, negative ones soften: then the tension has a maximum,
-    beyond which there may be no equilibrium.
+    beyond which the energy falls without end, and loads may have no equilibrium.
     """
 
     name = "stiffening"

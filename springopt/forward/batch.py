@@ -136,13 +136,7 @@ def _make_equilibria(shape: tuple[int, int], unknown_count: int) -> Equilibria:
 
 def _balanced_jobs(group: Group, rows: NDArray[np.float64], tolerance: float, equilibria: Equilibria) -> Jobs:
     """The jobs of a group; where loads push a floating part away there is none, and the answer is written at once."""
-    plan = group.plan
-    is_supported = np.zeros(plan.nodes.size, dtype=np.bool_)
-    is_supported[plan.supported] = True
-    if len(plan.potentials.addresses):  # an effect may hold what no support holds
-        net = np.zeros((len(rows), len(group.cases)))
-    else:
-        net = net_forces_on_floating_parts(plan.ends, rows, is_supported, group.forces, plan.dimension)
+    net = _net_forces(group, rows)
     is_mechanism = net > tolerance * np.abs(group.forces).max(axis=1, initial=0.0)
     pushed, cases = np.nonzero(is_mechanism)
     at = (pushed, group.cases[cases])
@@ -152,6 +146,23 @@ def _balanced_jobs(group: Group, rows: NDArray[np.float64], tolerance: float, eq
     # Contiguous, or each layout would have the kernels compiled once more.
     candidates, cases = map(np.ascontiguousarray, np.nonzero(~is_mechanism))
     return Jobs(candidates, cases, rows, group.forces, group.prescribed[cases], make_counter())
+
+
+def _net_forces(group: Group, rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The largest net force [force] on a part that nothing holds, shape (m, g)."""
+    plan, potentials = group.plan, group.terms.potentials
+    if not all(term.effect.is_translation_invariant for term, _ in potentials):  # it may hold what no support holds
+        return np.zeros((len(rows), len(group.cases)))
+    is_supported = np.zeros(plan.nodes.size, dtype=np.bool_)
+    is_supported[plan.supported] = True
+    ends, ties = plan.ends, rows[:, : len(plan.ends)]
+    # A law of the springs is there where its spring is; whatever other effects couple they tie.
+    others = [kernel.pairs for term, kernel in potentials if not term.effect.scales_with_stiffness]
+    if others:
+        pairs = np.concatenate(others)
+        ends = np.concatenate([ends, pairs])
+        ties = np.concatenate([ties, np.ones((len(rows), len(pairs)))], axis=1)
+    return net_forces_on_floating_parts(ends, np.ascontiguousarray(ties), is_supported, group.forces, plan.dimension)
 
 
 def _search(

@@ -21,6 +21,7 @@ from springopt.forward.state import (
     ITERATIONS,
     JOB,
     LAST_ENERGY,
+    LAST_MAGNITUDE,
     LAST_RESIDUAL,
     LAST_SLOPE,
     MAGNITUDE,
@@ -79,7 +80,7 @@ def _accept(lane: Any, v: int, tolerance: float) -> None:
     """The trial state of lane v is the one to step from, or the answer if its residual is small."""
     before, now = lane[LAST_RESIDUAL, v], lane[RESIDUAL, v]
     lane[ACCEPTED, v] = 1.0
-    lane[LAST_RESIDUAL, v], lane[LAST_ENERGY, v] = now, lane[ENERGY, v]
+    lane[LAST_RESIDUAL, v], lane[LAST_ENERGY, v], lane[LAST_MAGNITUDE, v] = now, lane[ENERGY, v], lane[MAGNITUDE, v]
     if lane[PHASE, v] == STALLED:
         return
     if lane[PHASE, v] != STARTING and lane[PHASE, v] != ESCAPING and lane[IS_CAPPED, v] == 1.0 and lane[STEP, v] == 1.0:
@@ -134,7 +135,8 @@ def _shorten(lane: Any, v: int) -> None:
         rise = lane[UNRELAXED, v] - lane[LAST_ENERGY, v]
         parabola = -0.5 * slope * step * step / (rise - slope * step)
         shorter = min(max(parabola, 0.1 * step), 0.5 * step)
-        is_noise = -slope * step <= 16.0 * EPSILON * lane[MAGNITUDE, v]
+        # Not the refused state's magnitude, which may be beyond all bounds where an effect stiffens.
+        is_noise = -slope * step <= 16.0 * EPSILON * lane[LAST_MAGNITUDE, v]
         if is_noise or not shorter >= SHORTEST_STEP:
             # Once more from here with another direction, if there is one.
             is_last = lane[REPLACEMENT, v] == USUAL_REPLACEMENT

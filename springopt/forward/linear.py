@@ -39,7 +39,7 @@ class LinearEngine:
         """See `Engine`; an answer takes one iteration."""
         announce_compilation(evaluate_forces)
         system = _System.of(self)
-        for all_cases in candidates_of(jobs):
+        for all_cases in candidates_of(jobs.candidate, jobs.taken):
             system.factorize(jobs.candidates[jobs.candidate[all_cases.start]])
             for few in _eights(all_cases.start, all_cases.stop):
                 forces, prescribed = jobs.forces[jobs.case[few]], jobs.start[few]

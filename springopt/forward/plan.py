@@ -22,6 +22,7 @@ class Calls(NamedTuple):
     """The kernels that the loop calls, and what each of them reads, one behind the other."""
 
     addresses: NDArray[np.int64]  # (e,)
+    expands: NDArray[np.bool_]  # (e,), whether small displacements may take its expansion at rest
     begins: NDArray[np.int64]  # (e, 4), where the integers, numbers, values and places of each begin
     integers: NDArray[np.int64]
     numbers: NDArray[np.float64]
@@ -96,6 +97,13 @@ def without_effects(plan: Plan) -> Plan:
     return plan._replace(potentials=nothing, dissipations=nothing)
 
 
+def as_at_rest(plan: Plan) -> Plan:
+    """With those potentials alone that have an expansion at rest: what may stand for all of a motion or a load."""
+    calls = plan.potentials
+    kept = calls._replace(addresses=calls.addresses[calls.expands], begins=calls.begins[calls.expands])
+    return plan._replace(potentials=kept)
+
+
 def _coupled_blocks(pairs: NDArray[np.int64], block_of: NDArray[np.int64]) -> NDArray[np.int64]:
     blocks = block_of[pairs]
     blocks = blocks[(blocks >= 0).all(axis=1)]
@@ -125,6 +133,7 @@ def _make_calls(
     begins[:, 2] = [term.first for term, _ in terms]
     return Calls(
         addresses=np.array([kernel.function.address for _, kernel in terms], dtype=np.int64),
+        expands=np.array([term.effect.has_expansion_at_rest for term, _ in terms], dtype=np.bool_),
         begins=np.ascontiguousarray(begins),
         integers=np.concatenate([np.zeros(0, dtype=np.int64), *(k.integers for _, k in terms)]),
         numbers=np.concatenate([np.zeros(0), *(k.numbers for _, k in terms)]),

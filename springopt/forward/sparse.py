@@ -22,7 +22,6 @@ from springopt.forward.counter import draw
 from springopt.forward.courses import measure_direction
 from springopt.forward.engine import ITERATION_LIMIT
 from springopt.forward.lane_factors import RIGID
-from springopt.forward.motion_state import MotionJobs
 from springopt.forward.plan import Plan
 from springopt.forward.queue import USUAL_REPLACEMENT
 from springopt.forward.solver import Solver
@@ -60,7 +59,7 @@ class SparseEngine:
         """See `Engine`."""
         announce_compilation(arrive)
         search = Search.of(self.plan, self.solver)
-        for few in candidates_of(jobs):
+        for few in candidates_of(jobs.candidate, jobs.taken):
             search.run(jobs.part(few), answers.part(few), tolerance)
 
     def factorize(self, candidate: Floats, displacements: Floats) -> "SparseFactors":
@@ -71,10 +70,10 @@ class SparseEngine:
         return SparseFactors([search.at(candidate, u) for u in displacements])
 
 
-def candidates_of(jobs: Jobs | MotionJobs) -> Iterator[slice]:
-    """The jobs of one candidate after the other, as long as no thread has taken them."""
-    edges = np.flatnonzero(np.diff(jobs.candidate, prepend=-1, append=-1)).tolist()
-    while (number := draw(jobs.taken, len(edges) - 1)) >= 0:
+def candidates_of(candidate: NDArray[np.int64], taken: NDArray[np.int64]) -> Iterator[slice]:
+    """The jobs of one candidate (jobs,) after the other, as long as no thread has taken them."""
+    edges = np.flatnonzero(np.diff(candidate, prepend=-1, append=-1)).tolist()
+    while (number := draw(taken, len(edges) - 1)) >= 0:
         yield slice(edges[number], edges[number + 1])
 
 
@@ -102,7 +101,7 @@ class Search:
     def factorize_rest(self, candidate: Floats) -> None:
         """The preconditioner, scaled by a power of two into the range of single precision."""
         work = self.work
-        work.evaluate(candidate, np.zeros((1, work.plan.nodes.size)))
+        work.evaluate_rest(candidate)
         weight = 2.0 ** -np.round(np.log2(work.state.scale.max(initial=1e-300)))
         work.fill(self.at_rest, self.solver.layout, 0, weight)
         self.at_rest.factorize(USUAL_REPLACEMENT)

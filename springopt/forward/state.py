@@ -23,6 +23,7 @@ from springopt.forward.counter import make_counter
     PHASE,
     ITERATIONS,
     LAST_ENERGY,  # at the accepted state
+    LAST_MAGNITUDE,
     LAST_RESIDUAL,
     LAST_SLOPE,
     IS_CAPPED,  # 1 where the step was shortened to the limit
@@ -37,7 +38,7 @@ from springopt.forward.counter import make_counter
     FALLBACK,  # the status if the escape under way finds no way down
     VERDICT,  # on the accepted state, if it was to be certified
     SCALAR_COUNT,
-) = range(27)
+) = range(28)
 
 IDLE = -1  # the job of a lane that has none
 # What the trial state of a lane is, as row PHASE says.

@@ -1,13 +1,13 @@
 """What one search in a large system works on: eight load cases of one candidate, and the matrices of their tangents."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from springopt.effects.lanes import LANE_COUNT
 from springopt.forward.layout import Layout
-from springopt.forward.plan import Plan
+from springopt.forward.plan import Plan, as_at_rest
 from springopt.forward.solver import Matrix
 from springopt.forward.sparse_kernels import Tangents, evaluate_forces, multiply, scatter
 from springopt.forward.state import ENERGY, Lanes, make_lanes
@@ -44,6 +44,12 @@ class Workspace:
         self.state.trial[:] = displacements[lanes].T
         self.state.scale[:] = self.state.meeting[:] = meeting_stiffness(self.plan, stiffness)[:, None]
         evaluate_forces(self.plan, self.state, self.tangents)
+
+    def evaluate_rest(self, candidate: Floats) -> None:
+        """The same for one candidate at rest, to precondition with: contact may be over there, or not have begun."""
+        rest = replace(self, plan=as_at_rest(self.plan))
+        self.tangents.coupled[:] = 0.0
+        rest.evaluate(candidate, np.zeros((1, self.plan.nodes.size)))
 
     def energies(self, candidate: Floats, displacements: Floats) -> Floats:
         """Strain energies of one candidate (s + p,) at any number of states (c, n d), shape (c,)."""

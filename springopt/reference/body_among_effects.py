@@ -9,7 +9,7 @@ from scipy.sparse import coo_matrix, csc_matrix
 
 from springopt.checks import Floats
 from springopt.effects.effect import Effect, Kernel
-from springopt.effects.probe import probe
+from springopt.effects.probe import Probe, probe
 from springopt.lattice import SpringLattice
 
 
@@ -70,20 +70,19 @@ class BodyAmongEffects:
     def internal_forces(self, displacements: Floats) -> Floats:
         forces = self.body.internal_forces(displacements)
         for kernel, values in self.potentials:
-            forces = forces + self.share * self._probe(kernel, values, displacements)[1].reshape(forces.shape)
+            forces = forces + self.share * self._probe(kernel, values, displacements).forces.reshape(forces.shape)
         return forces
 
     def tangent(self, displacements: Floats) -> csc_matrix:
         tangent = self.body.tangent(displacements)
         for kernel, values in self.potentials:
-            blocks = self._probe(kernel, values, displacements)[2]
+            blocks = self._probe(kernel, values, displacements).blocks[0]
             tangent = tangent + self.share * _matrix(kernel, blocks, displacements.size)
         return csc_matrix(tangent)
 
-    def _probe(self, kernel: Kernel, values: Floats, displacements: Floats) -> tuple[float, Floats, Floats]:
+    def _probe(self, kernel: Kernel, values: Floats, displacements: Floats) -> Probe:
         nothing = np.zeros(self.lattice.spring_count)
-        answer = probe(kernel, self.lattice, displacements.reshape(1, -1), stiffness=nothing, values=values)
-        return float(answer.energy[0]), answer.forces[0], answer.blocks[0]
+        return probe(kernel, self.lattice, displacements.reshape(1, -1), stiffness=nothing, values=values)
 
 
 def _matrix(kernel: Kernel, blocks: Floats, size: int) -> csc_matrix:

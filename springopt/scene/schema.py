@@ -16,7 +16,7 @@ from springopt.scene.reference_tables import ReferenceTable
 from springopt.scene.table import Table, fault
 
 if TYPE_CHECKING:
-    from springopt.forward.stepping import Stepping
+    from springopt.forward.motion.stepping import Stepping
     from springopt.scene.build import Setup
 
 Positive = Annotated[float, Field(gt=0)]
@@ -53,7 +53,7 @@ class SteppingTable(Table):
     step_error: Positive | None = None
 
     def build(self) -> Stepping:
-        from springopt.forward.stepping import Stepping
+        from springopt.forward.motion.stepping import Stepping
 
         return Stepping(**self.model_dump())
 

@@ -23,6 +23,8 @@ def worst(claimed: Floats, estimates: tuple[Floats, ...], scale: float) -> float
     """
     closest = np.min([np.abs(claimed - estimate) for estimate in estimates], axis=0)
     largest = float(np.max(closest, initial=0.0))
+    if largest == 0.0:  # as of options that take the effect out
+        return 0.0
     return largest / scale if np.isfinite(largest) else np.inf
 
 

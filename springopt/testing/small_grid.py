@@ -9,7 +9,7 @@ import numpy as np
 from springopt.checks import Floats
 from springopt.encoding import Binary, Encoding, Real
 from springopt.forward.batch import Equilibria, Group
-from springopt.forward.motion import Motions
+from springopt.forward.motion.follow import Motions
 from springopt.lattice import SpringLattice, side
 from springopt.load_case import LoadCase
 from springopt.model import Model

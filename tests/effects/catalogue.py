@@ -36,6 +36,10 @@ POTENTIALS = {
     "tension-only": (lambda body: so.TensionOnly(), ()),
     "prestress": (lambda body: so.Prestress(scale=0.9), ("scale",)),
     "prestress of each": (lambda body: so.Prestress(scale=np.linspace(0.8, 1.1, body.spring_count)), ("scale",)),
+    "prestress of classes": (
+        lambda body: so.Prestress(classes={"boundary straight": 0.9, "diagonal": 0.95}),
+        ("scale",),
+    ),
     "volume": (lambda body: so.Volume(3.0), ()),
     "volume of each": (lambda body: so.Volume(np.linspace(1.0, 5.0, len(body.cells))), ()),
     "bending": (lambda body: so.Bending(2.0, triples=bent(body)), ()),

@@ -18,6 +18,8 @@ class Ground(so.PythonEffect):
     """Energy stiffness * u^4 / 4 for each degree of freedom."""
 
     name = "ground"
+    is_translation_invariant = False
+    is_rotation_invariant = False
     stiffness: float
 
     def parameters(self, lattice):

@@ -77,3 +77,12 @@ def test_options_that_make_no_sense_are_refused(effect, message):
 def test_two_laws_at_once_are_refused():
     with pytest.raises(so.UserError, match="stiffening and tension-only both change the law of the springs"):
         so.Model(SPRING, [so.Stiffening(1.0), so.TensionOnly()])
+
+
+def test_steps_far_into_the_exponential_are_taken_back_and_not_taken_for_rounding():
+    grid, rng = so.SpringLattice.grid((7, 6)), np.random.default_rng(0)
+    stiffness = rng.uniform(0.5, 10, (8, grid.spring_count))
+    forces = rng.normal(0, 0.3, grid.nodes.shape) + np.array([0.15, -0.3])
+    case = so.LoadCase("press", so.side(grid, "bottom"), forces)
+    found = so.Model(grid, so.ExponentialStiffening(20.0)).solve_many(stiffness, [case])
+    assert (found.status == "converged").all()

@@ -46,3 +46,11 @@ def test_a_net_hangs_in_its_cables():
 def test_small_displacements_are_refused():
     with pytest.raises(so.UserError, match="small displacements would leave tension-only out"):
         so.Model(CHAIN, so.TensionOnly(), kinematics="linear")
+
+
+@pytest.mark.parametrize("engine", ["lanes", "sparse", "iterative"])
+def test_a_law_of_the_springs_holds_nothing_that_no_support_holds(engine):
+    case = so.LoadCase("push", np.zeros(3, dtype=bool), [[0.1, 0], [0, 0], [0, 0]])
+    solution = so.Model(CHAIN, so.TensionOnly(), engine=engine).solve([3.0, 7.0], [case])
+    assert solution.status[0] == "mechanism"
+    assert solution.batch.iterations[0, 0] == 0

@@ -1,5 +1,7 @@
 """Cells that keep their area or volume."""
 
+import pickle
+
 import numpy as np
 import pytest
 from catalogue import body
@@ -136,3 +138,22 @@ def test_a_cell_that_was_turned_inside_out_turns_back():
 def test_options_that_do_not_fit_are_refused(lattice, modulus, message):
     with pytest.raises(so.UserError, match=message):
         so.Model(lattice, so.Volume(modulus))
+
+
+@pytest.mark.parametrize("effect", [so.Volume(3.0), so.Bending(2.0)])
+def test_a_body_that_nothing_holds_is_pushed_away_whatever_keeps_its_shape(effect):
+    grid = so.SpringLattice.grid((4, 3))
+    forces = np.zeros(grid.nodes.shape)
+    forces[5, 0] = 0.1
+    case = so.LoadCase("pushed", np.zeros(grid.nodes.shape, dtype=bool), forces)
+    solution = so.Model(grid, [effect]).solve(np.ones(grid.spring_count), [case])
+    assert solution.status[0] is so.Status.MECHANISM
+
+
+def test_models_with_effects_are_sent_to_workers():
+    grid = so.SpringLattice.grid((4, 3))
+    model = so.Model(grid, [so.Volume(3.0)])
+    case = so.LoadCase("pull", so.side(grid, "left"), np.full(grid.nodes.shape, 0.01))
+    stiffness = np.ones(grid.spring_count)
+    there = pickle.loads(pickle.dumps(model)).solve(stiffness, [case]).positions
+    np.testing.assert_array_equal(there, model.solve(stiffness, [case]).positions)

@@ -45,7 +45,7 @@ def test_an_oscillator_has_its_frequency_to_second_order(integrator):
     times = np.linspace(0.0, 6.0, 13)[1:]
     exact = 0.1 / 8.0 * (1.0 - np.cos(np.sqrt(8.0 / 2.0) * times))
     errors = [np.abs(elongations(oscillator(h, times, integrator)) - exact).max() for h in (0.1, 0.05, 0.025)]
-    # The trapezoidal rule turns by (omega h)^2 / 12 too little: 0.0025 of an angle of 12 here, of an amplitude of 0.0125.
+    # The trapezoidal rule turns by (omega h)^2 / 12 too little: 0.0025 of an angle of 12, at an amplitude of 0.0125.
     assert errors[2] < 3.2e-5
     assert 3.6 < errors[0] / errors[1] < 4.4
     assert 3.6 < errors[1] / errors[2] < 4.4
@@ -87,6 +87,28 @@ def test_energy_is_kept_over_a_hundred_thousand_steps(lattice):
     assert solution.batch.iterations[0, 0] == 100_000
     moved = 0.5 * (solution.velocities[0] ** 2).sum(axis=(1, 2))
     assert np.ptp(solution.energy[0]) < 1e-7 * moved.max()
+
+
+@pytest.mark.parametrize(
+    ("effect", "kept"),
+    [(so.Volume(5.0), 1e-9), (so.Stiffening(cubic=3.0), 2e-4), (so.Bending(0.5), 2e-4)],
+    ids=["area", "law", "bending"],
+)
+def test_energy_with_effects_is_kept_as_far_as_two_points_tell(effect, kept):
+    """An area's is of the fourth degree, and exact; others are off by the fifth power of the step, which adds up."""
+    stiffness = np.random.default_rng(1).uniform(2.0, 6.0, GRID.spring_count)
+    case = pulled(GRID, np.linspace(0.0, 200.0, 11)[1:])
+
+    def drift(step):
+        model = so.Model(GRID, [so.Inertia(mass=1.0), effect], stepping=so.Stepping(step))
+        solution = model.solve(stiffness, [case], 1e-10)
+        assert solution.status[0] is Status.CONVERGED
+        moved = 0.5 * (solution.velocities[0] ** 2).sum(axis=(1, 2))
+        return np.ptp(solution.energy[0]) / moved.max()
+
+    coarse, fine = drift(0.1), drift(0.05)
+    assert coarse < kept
+    assert fine < max(coarse / 8, 1e-9)
 
 
 @pytest.mark.parametrize("lattice", [GRID, CUBE], ids=["2D", "3D"])

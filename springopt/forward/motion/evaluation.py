@@ -20,7 +20,7 @@ from numba import njit
 from springopt.effects.lanes import absolute, fma, load, maximum, splat, store
 from springopt.effects.springs import COLLAPSED, TINY, add_springs, elongation
 from springopt.forward.evaluation import call_all
-from springopt.forward.motion_state import ENERGY, FORCE_SCALE, RESIDUAL, TO_ACCELERATION, TO_SPEED
+from springopt.forward.motion.state import ENERGY, FORCE_SCALE, RESIDUAL, TO_ACCELERATION, TO_SPEED
 
 #: Two Gauss points on the way from before to after.
 GAUSS = 0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0)

@@ -12,11 +12,11 @@ from springopt.effects.lanes import LANE_COUNT
 from springopt.errors import UserError
 from springopt.forward.batch import Group
 from springopt.forward.counter import make_counter
-from springopt.forward.motion_lanes import follow_motions
-from springopt.forward.motion_sparse import MotionSearch
-from springopt.forward.motion_state import MotionAnswers, MotionJobs, Options, make_motion
+from springopt.forward.motion.lanes import follow_motions
+from springopt.forward.motion.sparse import MotionSearch
+from springopt.forward.motion.state import MotionAnswers, MotionJobs, Options, make_motion
+from springopt.forward.motion.stepping import ENERGY_MOMENTUM, Stepping
 from springopt.forward.sparse import SparseEngine, candidates_of
-from springopt.forward.stepping import ENERGY_MOMENTUM, Stepping
 from springopt.forward.threads import run_all
 
 Floats = NDArray[np.float64]
@@ -125,5 +125,5 @@ def _follow_small(group: Group, jobs: MotionJobs, answers: MotionAnswers, option
 def _follow_large(group: Group, jobs: MotionJobs, answers: MotionAnswers, options: Options) -> None:
     assert isinstance(group.engine, SparseEngine)
     search = MotionSearch.of(group.plan, group.engine.solver)
-    for few in candidates_of(jobs):
+    for few in candidates_of(jobs.candidate, jobs.taken):
         search.run(jobs.part(few), answers.part(few), options)

@@ -1,7 +1,7 @@
 """How the motions of one candidate change with its row of stiffness and parameters: exact for the steps taken.
 
 Each stage of the integrator leads from a base, displacements and speed, to its end, by G(end, base, base speed; row) =
-0, see `motion_evaluation`. So derivatives are carried from stage to stage, forwards along a change of the row, or
+0, see `motion.evaluation`. So derivatives are carried from stage to stage, forwards along a change of the row, or
 backwards from a function of the motion (the discrete adjoint). Matrices are dense, and inverted once.
 """
 
@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from springopt.errors import NoEquilibrium, UserError
 from springopt.forward.batch import Group
-from springopt.forward.motion import move
-from springopt.forward.motion_slopes import Stage, stages_of
-from springopt.forward.motion_steps import GAMMA
+from springopt.forward.motion.follow import move
+from springopt.forward.motion.slopes import Stage, stages_of
+from springopt.forward.motion.stepping import ENERGY_MOMENTUM, Stepping
+from springopt.forward.motion.steps import GAMMA
 from springopt.forward.status import has_equilibrium
-from springopt.forward.stepping import ENERGY_MOMENTUM, Stepping
 
 Floats = NDArray[np.float64]
 
@@ -130,7 +130,7 @@ def _track(group: Group, number: int, row: Floats, fitted: Floats, stepping: Ste
 
 
 def _every_step(times: Floats, step: float) -> tuple[Floats, NDArray[np.int64]]:
-    """The end of every step (steps,), as `motion_steps` has them, and which of them each of the times (t,) is."""
+    """The end of every step (steps,), as `motion.steps` has them, and which of them each of the times (t,) is."""
     ends: list[Floats] = []
     for begin, end in zip(np.concatenate([[0.0], times[:-1]]), times, strict=True):
         count = max(int(np.ceil((end - begin) / step - 1e-9)), 1)

@@ -5,8 +5,8 @@ from typing import Any
 from springopt.effects.compile import compiled
 from springopt.effects.lanes import splat
 from springopt.forward.factor import factorize, substitute
-from springopt.forward.motion_evaluation import evaluate_motion
-from springopt.forward.motion_steps import judge_motions, step_on, take_up_motions
+from springopt.forward.motion.evaluation import evaluate_motion
+from springopt.forward.motion.steps import judge_motions, step_on, take_up_motions
 
 
 @compiled

@@ -14,7 +14,7 @@ from numba import njit
 from springopt.effects.compile import compiled
 from springopt.effects.lanes import LANE_COUNT, load, splat, store, where_greater
 from springopt.forward.counter import draw
-from springopt.forward.motion_state import (
+from springopt.forward.motion.state import (
     AT_START,
     FIRST_STAGE,
     FORCE_SCALE,

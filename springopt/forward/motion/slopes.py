@@ -1,4 +1,4 @@
-"""The derivatives of every stage of a motion, see `motion_derivatives`."""
+"""The derivatives of every stage of a motion, see `motion.derivatives`."""
 
 from dataclasses import dataclass
 from functools import partial
@@ -13,8 +13,8 @@ from springopt.effects.effect import Kernel
 from springopt.effects.probe import force_derivatives, probe, pulls_of_law
 from springopt.effects.springs import COLLAPSED
 from springopt.forward.batch import Group
-from springopt.forward.motion_evaluation import GAUSS
-from springopt.forward.motion_steps import GAMMA
+from springopt.forward.motion.evaluation import GAUSS
+from springopt.forward.motion.steps import GAMMA
 from springopt.forward.spring_forces import forces_at_nodes, work_per_stiffness
 from springopt.forward.terms import Term, Terms
 

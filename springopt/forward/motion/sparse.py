@@ -1,6 +1,6 @@
 """Motion of one large system at a time, its load cases side by side.
 
-The steps are those of `motion_steps`. Newton systems are solved by conjugate gradients, preconditioned by one factor
+The steps are those of `motion.steps`. Newton systems are solved by conjugate gradients, preconditioned by one factor
 at rest that all load cases of a candidate share, inertia included; what stays unsolved gets a factor of its own.
 """
 
@@ -14,9 +14,9 @@ from springopt.effects.compile import compiled
 from springopt.effects.lanes import absolute, load, maximum, splat, store
 from springopt.effects.springs import elongation, tension_per_length
 from springopt.forward.conjugate_gradients import solve_lanes
-from springopt.forward.motion_evaluation import add_effects, balance, between, follow_trial
-from springopt.forward.motion_state import IS_FRESH, JOB, Motion, MotionAnswers, MotionJobs, Options, make_motion
-from springopt.forward.motion_steps import GAMMA, judge_motions, step_on, take_up_motions
+from springopt.forward.motion.evaluation import add_effects, balance, between, follow_trial
+from springopt.forward.motion.state import IS_FRESH, JOB, Motion, MotionAnswers, MotionJobs, Options, make_motion
+from springopt.forward.motion.steps import GAMMA, judge_motions, step_on, take_up_motions
 from springopt.forward.plan import Plan
 from springopt.forward.solver import Solver
 from springopt.forward.sparse import REDUCTION
@@ -57,7 +57,7 @@ class MotionSearch:
     def _factorize_rest(self, jobs: MotionJobs, options: Options) -> None:
         work, plan = self.work, self.work.plan
         candidate = jobs.candidate[0]
-        work.evaluate(jobs.candidates[candidate], np.zeros((1, plan.nodes.size)))
+        work.evaluate_rest(jobs.candidates[candidate])
         share = 0.5 if options.is_midpoint else 1.0
         stiff = 2.0 / options.step**2 if options.is_midpoint else (GAMMA * options.step) ** -2
         by_axis = np.repeat(jobs.masses[candidate][:, None], plan.dimension, axis=1)
