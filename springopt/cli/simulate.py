@@ -86,9 +86,7 @@ def _rows(solution: Solution, errors: list[dict[str, Any]]) -> list[dict[str, An
     ]
 
 
-def _document(
-    setup: Setup, candidate: Parameters, solution: Solution, errors: list[dict[str, Any]]
-) -> dict[str, Any]:
+def _document(setup: Setup, candidate: Parameters, solution: Solution, errors: list[dict[str, Any]]) -> dict[str, Any]:
     """Everything, positions and all; in motion of each load case its times too."""
     rows = [
         row | {"positions": positions.tolist()}

@@ -33,6 +33,7 @@ from springopt.forward.band import BandSolver, half_bandwidth
 from springopt.forward.engine import Engine
 from springopt.forward.lanes import LanesEngine
 from springopt.forward.linear import LinearEngine
+from springopt.forward.linear_lanes import LinearLanesEngine
 from springopt.forward.plan import Plan
 from springopt.forward.solver import Solver
 from springopt.forward.sparse import SparseEngine
@@ -65,6 +66,8 @@ def choose(plan: Plan, kinematics: str = "exact", engine: str | None = None) -> 
         name, why = engine, f"The {engine} engine was asked for"
     solver, how = _solver_by_size(name, unknowns, width)
     engine_name = "linear" if kinematics == "linear" else name
+    if engine is None and engine_name == "linear" and _suits_lanes(plan, unknowns, width):
+        solver, how = "lanes", "eight candidates at a time are factorized"
     return Choice(engine_name, solver, unknowns, width, f"{why}; {how}.")
 
 
@@ -81,6 +84,9 @@ def make_engine(choice: Choice, plan: Plan, whole: Plan | None) -> Engine:
     """The engine that was chosen; `whole` is the plan without supports, for small displacements."""
     if choice.engine == "lanes":
         return LanesEngine(plan)
+    if choice.solver == "lanes":
+        assert whole is not None  # small displacements alone ask for lanes in this way
+        return LinearLanesEngine(plan, LinearEngine(plan, whole, BandSolver(plan)))
     solver = _make_solver(choice.solver, plan)
     return SparseEngine(plan, solver) if whole is None else LinearEngine(plan, whole, solver)
 
@@ -110,6 +116,11 @@ def _solver_by_size(engine: str, unknowns: int, width: int) -> tuple[str, str]:
     if _fits_band(unknowns, width):
         return "band", "its band is factorized"
     return "superlu", "its band would be too wide, so that SuperLU factorizes it in nested dissection order"
+
+
+def _suits_lanes(plan: Plan, unknowns: int, width: int) -> bool:
+    """Whether small displacements are found in lanes: of small systems, and of springs alone."""
+    return _work(unknowns, width) <= LANES_WORK and not len(plan.potentials.addresses)
 
 
 def _work(unknowns: int, width: int) -> float:

@@ -18,6 +18,7 @@ from springopt.forward.evaluation import evaluate
 from springopt.forward.factor import factorize
 from springopt.forward.lane_factors import RIGID
 from springopt.forward.linear import LinearEngine
+from springopt.forward.linear_lanes import LinearLanesEngine
 from springopt.forward.plan import Plan, without_effects
 from springopt.forward.sparse import Search, SparseEngine
 from springopt.forward.state import make_lanes
@@ -54,8 +55,9 @@ def zero_mode_counts(group: Group, exists: NDArray[np.bool_]) -> NDArray[np.floa
     has_direction = (plan.lengths > 0.0) | (group.plan.natural_lengths == 0.0)
     stiffness = np.where(exists & has_direction, 1.0, 0.0)
     counts = np.zeros(len(exists))
-    if isinstance(group.engine, SparseEngine | LinearEngine) and group.engine.solver.is_direct:
-        search = Search.of(plan, group.engine.solver)
+    engine = group.engine.rest if isinstance(group.engine, LinearLanesEngine) else group.engine
+    if isinstance(engine, SparseEngine | LinearEngine) and engine.solver.is_direct:
+        search = Search.of(plan, engine.solver)
         for m, candidate in enumerate(stiffness):
             search.work.evaluate(candidate, np.zeros((1, plan.nodes.size)))
             search.factorize(0, RIGID)

@@ -78,7 +78,9 @@ def draw(learned: Learned) -> Figure:
                 for course in below_it:
                     draw_course(course, learned.lattice, deformation)
         _draw_summary(below, learned)
-        figure.legend(handles=_legend(learned.is_motion), loc="outside lower center", ncols=7, title=CAPTION, **style.LEGEND)
+        figure.legend(
+            handles=_legend(learned.is_motion), loc="outside lower center", ncols=7, title=CAPTION, **style.LEGEND
+        )
     return figure
 
 

@@ -111,20 +111,40 @@ def front_table(front: Front, spring_count: int) -> Table:
 
 def effects_table(effects: Sequence[Mapping[str, Any]]) -> Table:
     """One row an effect: what it brings to the forward solve."""
-    table = plain_table("Effects", ["effect"], texts=["what it brings"])
+    table = plain_table("Effects", ["effect", "kernels"], texts=["what it brings"])
     for effect in effects:
-        table.add_row(effect["name"], effect["brings"])
+        table.add_row(effect["name"], ", ".join(effect["kernels"]) or "-", effect["brings"])
     return table
+
+
+def effect_shares_table(measured: Mapping[str, Any]) -> Table:
+    """One row an effect: the share of the time that it takes, and what leaving it out would change."""
+    table = plain_table("Left out, one by one", ["without"], ["saves", "from", "to", "largest change", "mean change"])
+    for row in measured["shares"]:
+        if row["lost"]:
+            lost = ", ".join(f"{case}: {status}" for case, status in row["lost"].items())
+            table.add_row(row["name"], "-", "-", "-", f"no answer ({lost})", "-")
+        else:
+            saves = [f"{row[key]:.1%}" for key in ("share", "share_low", "share_high")]
+            table.add_row(row["name"], *saves, f"{row['change']:.3%}", f"{row['mean_change']:.3%}")
+    return captioned(
+        table,
+        "saves: of the processor's time, median and middle half of all rounds; change: of the positions in a load "
+        "case, over the size of its displacements",
+    )
 
 
 def engines_table(supports: Sequence[Mapping[str, Any]]) -> Table:
     """One row a set of supports: its engine and solver, and why."""
     table = plain_table(
-        "Engines", ["engine", "solver"], ["unknowns", "half-bandwidth"], ["load cases with the same supports", "why"]
+        "Engines",
+        ["engine", "solver", "kernels"],
+        ["unknowns", "half-bandwidth"],
+        ["load cases with the same supports", "why"],
     )
     for row in supports:
         sizes = f"{row['unknowns']:,}", f"{row['half_bandwidth']:,}"
-        table.add_row(row["engine"], row["solver"], *sizes, ", ".join(row["load_cases"]), row["why"])
+        table.add_row(row["engine"], row["solver"], row["loop"], *sizes, ", ".join(row["load_cases"]), row["why"])
     return table
 
 

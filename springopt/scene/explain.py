@@ -7,11 +7,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from springopt.effects.effect import Effect, Kernel
 from springopt.forward.terms import Term
 from springopt.load_case import LoadCase
 from springopt.model import Model
 from springopt.scene.build import build_model
 from springopt.scene.schema import Scene
+
+#: The kernels that an engine's search consists of, at rest and in motion.
+LOOPS = {
+    "lanes": "find_equilibria",
+    "sparse": "arrive, aim, depart",
+    "iterative": "arrive, aim, depart",
+    "linear": "evaluate_forces",
+}
+LOOPS_IN_MOTION = {"lanes": "follow_motions"}
 
 
 @dataclass(frozen=True)
@@ -19,7 +29,12 @@ class EffectNote:
     """What one effect brings to the solve."""
 
     name: str
-    brings: str  #: one sentence
+    brings: str  #: what, and why so, in sentences
+    kernels: list[str]  #: those that are called in the loop
+    blocks: int  #: of the tangent that they add to
+    parameters: dict[str, int]  #: what may be fitted, and how many numbers it has
+    fitted: list[str]  #: in which candidates differ
+    acts_on_reference: bool
 
 
 @dataclass(frozen=True)
@@ -31,6 +46,7 @@ class SupportNote:
     solver: str
     unknowns: int
     half_bandwidth: int
+    loop: str  #: the compiled loop that it is, by the name of its kernels
     why: str  #: one sentence
 
 
@@ -75,7 +91,15 @@ def explain(scene: Scene) -> Explanation:
     lattice = scene.lattice.build()
     model, cases = build_model(scene, lattice), scene.load_cases.build(lattice)
     is_motion = cases[0].times is not None
-    springs = EffectNote("springs", "Always there: force, tangent and energy are the engine's own.")
+    springs = EffectNote(
+        "springs",
+        "Always there: force, tangent and energy are the engine's own.",
+        kernels=["add_springs"],
+        blocks=3 * lattice.spring_count,
+        parameters={"stiffness": lattice.spring_count},
+        fitted=["stiffness"],
+        acts_on_reference=False,
+    )
     supports = [
         SupportNote(
             load_cases=[cases[number].name for number in group.cases],
@@ -83,6 +107,7 @@ def explain(scene: Scene) -> Explanation:
             solver=group.choice.solver,
             unknowns=group.choice.unknowns,
             half_bandwidth=group.choice.half_bandwidth,
+            loop=LOOPS_IN_MOTION.get(group.choice.engine, "motion.sparse") if is_motion else LOOPS[group.choice.engine],
             why=group.choice.why,
         )
         for group in model.groups(cases)
@@ -106,21 +131,48 @@ def explain(scene: Scene) -> Explanation:
 
 
 def _note(term: Term, model: Model, is_motion: bool) -> EffectNote:
-    fitted = model.terms.fitted_of(term)
-    brought = []
+    fitted, effect = model.terms.fitted_of(term), term.effect
+    called = [(kind, kernel) for kind, kernel in _kernels(term) if is_motion or kind == "potential"]
+    brought = [_say_kernel(kind, kernel) for kind, kernel in called]
     if term.constant_forces is not None:
         brought.append("A constant force: added to the load cases once, it costs nothing in the solve.")
-    if term.effect.rest_lengths(model.lattice, fitted) is not None:
-        brought.append("Rest lengths: data, they cost nothing in the solve.")
-    for kind, kernel in (("potential", term.potential), ("dissipation", term.dissipation)):
-        if kernel is not None and (is_motion or kind == "potential"):
-            called = "its compiled kernel" if kernel.is_compiled else "Python, which is slow,"
-            brought.append(f"A {kind}: {called} is called at every evaluation.")
+    if effect.rest_lengths(model.lattice, fitted) is not None:
+        brought.append("Rest lengths: data of the springs, which cost nothing in the solve.")
+    if fitted and called and (effect.constant_forces(model.lattice) is not None or _is_data(effect, model)):
+        brought.append(f"A kernel only because candidates differ in its {' and '.join(sorted(fitted))}.")
     if term.has_masses and is_motion:
         brought.append("Masses of the nodes: what moves has inertia.")
     if not brought:
         brought.append("Nothing at rest: it is felt in motion." if term.has_masses or term.dissipation else "Nothing.")
-    return EffectNote(term.name, " ".join(brought))
+    if effect.acts_from_outside:
+        brought.append("It acts from outside, so that a finite element reference obeys it too.")
+    return EffectNote(
+        term.name,
+        " ".join(brought),
+        kernels=[_name(kernel) for _, kernel in called],
+        blocks=sum(len(kernel.pairs) for _, kernel in called),
+        parameters={name: len(value) for name, value in effect.parameters(model.lattice).items()},
+        fitted=sorted(fitted),
+        acts_on_reference=effect.acts_from_outside,
+    )
+
+
+def _kernels(term: Term) -> list[tuple[str, Kernel]]:
+    both = (("potential", term.potential), ("dissipation", term.dissipation))
+    return [(kind, kernel) for kind, kernel in both if kernel is not None]
+
+
+def _say_kernel(kind: str, kernel: Kernel) -> str:
+    how = "its compiled kernel is" if kernel.is_compiled else "Python, which is slow, is"
+    return f"A {kind}: {how} called at every evaluation, and adds to {len(kernel.pairs):,} blocks of the tangent."
+
+
+def _is_data(effect: Effect, model: Model) -> bool:
+    return effect.rest_lengths(model.lattice) is not None
+
+
+def _name(kernel: Kernel) -> str:
+    return str(getattr(kernel.function, "__name__", "evaluate"))
 
 
 def _motion(model: Model, cases: Sequence[LoadCase]) -> MotionNote | None:

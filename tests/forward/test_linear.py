@@ -10,7 +10,7 @@ import springopt as so
 from springopt.forward.status import STATUSES
 
 GRID = so.SpringLattice.grid((5, 4))
-ENGINES = [None, "iterative"]
+ENGINES = [None, "sparse", "iterative"]
 NAMES = ["2D", "3D", "3D, springs removed", "gravity", "rollers", "rollers in 3D", "moved supports"]
 
 
@@ -148,3 +148,21 @@ def test_twice_the_load_moves_twice_as_far():
     cases = [load(GRID, force=(0.3, -0.2)), load(GRID, force=(0.6, -0.4))]
     once, twice = linear(so.Model(GRID)).solve(stiffness, cases).displacements
     np.testing.assert_allclose(twice, 2 * once, rtol=1e-12, atol=1e-15)
+
+
+@pytest.mark.parametrize("name", ["2D", "3D", "gravity", "rollers", "moved supports", "prestress"])
+def test_eight_at_a_time_they_are_those_of_one_by_one_mechanisms_and_all(name):
+    """Candidates with few springs, a node without any, and none at all are left to the engine that tells free modes."""
+    model, stiffness, cases = SCENES[name]
+    rng = np.random.default_rng(12)
+    candidates = stiffness * (rng.random((21, len(stiffness))) < np.linspace(0.4, 1.2, 21)[:, None])
+    candidates[3] = 0.0
+    candidates[20, (model.lattice.springs == 7).any(axis=1)] = 0.0
+    together, apart = (linear(model, engine).solve_many(candidates, cases) for engine in (None, "sparse"))
+    assert {group.choice.solver for group in linear(model).groups(cases)} == {"lanes"}
+    np.testing.assert_array_equal(together.status, apart.status)
+    assert len(set(together.status.ravel())) > 1
+    scale = np.abs(apart.displacements).max(axis=(2, 3), keepdims=True)
+    found = together.status == "converged"
+    np.testing.assert_allclose((together.displacements / scale)[found], (apart.displacements / scale)[found], atol=1e-7)
+    np.testing.assert_allclose(together.energy[found], apart.energy[found], rtol=1e-7, atol=1e-9)

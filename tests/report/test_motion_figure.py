@@ -20,9 +20,7 @@ def moving(lattice: SpringLattice, roles: Sequence[str], times: np.ndarray = TIM
     pull = np.zeros_like(lattice.nodes)
     pull[side(lattice, "right"), 0] = 0.2
     pull[-1, 0] = 0.3
-    cases = [
-        LoadCase(f"case {i}", side(lattice, "left"), pull, role=role, times=times) for i, role in enumerate(roles)
-    ]
+    cases = [LoadCase(f"case {i}", side(lattice, "left"), pull, role=role, times=times) for i, role in enumerate(roles)]
     errors = [{"relative_distance": 0.02, "max_distance": 0.1}] * len(cases)
     motion = times[:, None, None] * pull
     reference, model = lattice.nodes + motion, lattice.nodes + 0.9 * motion

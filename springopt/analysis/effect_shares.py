@@ -1,0 +1,194 @@
+"""What each effect of a scene costs, and what leaving it out would change: which one is not worth its time.
+
+The load cases of the scene are solved with everything, and without one effect after the other, round by round, at one
+point of the encoding; the share of an effect is what its absence saves of the processor's time, the median of all
+rounds and the range of the middle half. So what an effect makes harder for the search counts as its own.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from springopt.analysis.point import Point
+from springopt.checks import Floats
+from springopt.forward.status import STATUSES, has_equilibrium
+from springopt.forward.terms import Terms
+from springopt.model import Model
+from springopt.parameters import Parameters
+from springopt.scene import Setup
+
+Progress = Callable[[int, int | None, str], None]
+
+LEAST_ROUNDS = 7
+MOST_ROUNDS = 200
+#: Candidates are repeated until a solve takes so long [s]: clocks tick, and lanes are to be full.
+SHORTEST = 0.01
+MOST_CANDIDATES = 512
+
+
+@dataclass(frozen=True)
+class EffectShare:
+    """One effect, or the kinematics, left out."""
+
+    name: str
+    #: Of the processor's time that its absence saves, negative where the solve is easier with it; None without answers.
+    share: float | None
+    share_low: float | None  #: quartiles over the rounds
+    share_high: float | None
+    #: The largest change of a load case's positions, over the size of its displacements; None where one has no answer.
+    change: float | None
+    mean_change: float | None  #: the same, its mean over the load cases
+    lost: dict[str, str] = field(default_factory=dict)  #: load cases without an answer then, and their status
+
+
+@dataclass(frozen=True)
+class EffectShares:
+    """All effects of a scene."""
+
+    seconds: float  #: processor time of one candidate under all load cases, with everything
+    rounds: int
+    at: str  #: at which point, as in "at the reference's stiffness"
+    shares: list[EffectShare]
+    left_out: dict[str, str]  #: what can't be left out, and why not
+    accuracy: float
+    said: list[str]  #: what is below the accuracy, one sentence each
+
+
+def effect_shares(
+    setup: Setup, point: Point, *, accuracy: float, seconds: float, progress: Progress | None = None
+) -> EffectShares:
+    """Measured for so many seconds, seven rounds at least; `accuracy` is relative to the displacements."""
+    whole = _Variant("everything", setup.model, _candidate(setup, point))
+    variants, left_out = _variants(setup, whole)
+    answers = [variant.solve(setup) for variant in (whole, *variants)]
+    copies = _copies(setup, whole)
+    rounds = _measure(setup, [whole, *variants], copies, seconds, progress)
+    shares = [
+        _share(setup, variant, answers[0], answer, 1.0 - rounds[:, number + 1] / rounds[:, 0])
+        for number, (variant, answer) in enumerate(zip(variants, answers[1:], strict=True))
+    ]
+    return EffectShares(
+        seconds=float(np.median(rounds[:, 0])) / copies,
+        rounds=len(rounds),
+        at=point.said,
+        shares=shares,
+        left_out=left_out,
+        accuracy=accuracy,
+        said=[_say(share, accuracy) for share in shares if share.change is not None and share.change < accuracy],
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Variant:
+    """A model with everything, or with one thing less."""
+
+    name: str
+    model: Model
+    candidate: Parameters
+
+    def solve(self, setup: Setup, copies: int = 1) -> tuple[Floats, Floats]:
+        """(displacements (c, ...), codes (c,)) of all load cases, so many times."""
+        model, candidates = self.model.candidates(self.candidate, axes=1)
+        answers = model.find(model.groups(setup.cases), candidates.repeat(copies, axis=0), setup.objective.tolerance)
+        return answers.displacements[0].reshape(len(setup.cases), -1), answers.codes[0]
+
+
+def _candidate(setup: Setup, point: Point) -> Parameters:
+    row = setup.encoding.decode(point.numbers)
+    springs = setup.lattice.spring_count
+    columns = {name: setup.model.terms.count(name) for name in setup.model.fitted}
+    ends = springs + np.cumsum([0, *columns.values()])
+    values = {name: row[begin : begin + count] for (name, count), begin in zip(columns.items(), ends, strict=False)}
+    return Parameters(row[:springs], values)
+
+
+def _variants(setup: Setup, whole: _Variant) -> tuple[list[_Variant], dict[str, str]]:
+    model, terms = whole.model, whole.model.terms
+    variants, left_out = [], {}
+    for number, term in enumerate(terms.terms):
+        if setup.cases[0].times is not None and [t.name for t in terms.terms if t.has_masses] == [term.name]:
+            left_out[term.name] = "without masses nothing moves in time"
+            continue
+        variants.append(_without(whole, number))
+    if model.kinematics == "exact" and setup.cases[0].times is None:
+        refusing = [term.name for term in terms.terms if not term.effect.has_expansion_at_rest]
+        if refusing:
+            left_out["exact kinematics"] = f"small displacements would leave {' and '.join(refusing)} out"
+        else:
+            variants.append(_Variant("exact kinematics", replace(model, kinematics="linear"), whole.candidate))
+    return variants, left_out
+
+
+def _without(whole: _Variant, number: int) -> _Variant:
+    """Everything but one effect; a second one of its kind takes its name."""
+    model = whole.model
+    effects = [effect for other, effect in enumerate(model.effects) if other != number]
+    before = [term.name for other, term in enumerate(model.terms.terms) if other != number]
+    after = dict(zip(before, (term.name for term in Terms.of(model.lattice, effects).terms), strict=True))
+    values = _renamed(whole.candidate.values, after)
+    name = model.terms.terms[number].name
+    return _Variant(
+        name, replace(model, effects=effects, fitted=tuple(values)), replace(whole.candidate, values=values)
+    )
+
+
+def _renamed(values: Mapping[str, object], names: Mapping[str, str]) -> dict[str, Floats]:
+    split = {name: name.split(".", 1) for name in values}
+    return {
+        f"{names[effect]}.{own}": np.asarray(values[name]) for name, (effect, own) in split.items() if effect in names
+    }
+
+
+def _copies(setup: Setup, whole: _Variant) -> int:
+    copies = 8
+    while copies < MOST_CANDIDATES:
+        begin = time.process_time()
+        whole.solve(setup, copies)
+        if time.process_time() - begin >= SHORTEST:
+            return copies
+        copies *= 2
+    return copies
+
+
+def _measure(
+    setup: Setup, variants: Sequence[_Variant], copies: int, seconds: float, progress: Progress | None
+) -> Floats:
+    """Processor seconds, shape (rounds, variants)."""
+    rounds: list[list[float]] = []
+    end = time.perf_counter() + seconds
+    while len(rounds) < LEAST_ROUNDS or (time.perf_counter() < end and len(rounds) < MOST_ROUNDS):
+        row = []
+        for variant in variants:
+            begin = time.process_time()
+            variant.solve(setup, copies)
+            row.append(time.process_time() - begin)
+        rounds.append(row)
+        if progress:
+            progress(len(rounds), None, "rounds, each without one effect after the other")
+    return np.array(rounds)
+
+
+def _share(
+    setup: Setup, variant: _Variant, known: tuple[Floats, Floats], found: tuple[Floats, Floats], saved: Floats
+) -> EffectShare:
+    low, share, high = np.quantile(saved, [0.25, 0.5, 0.75]).tolist()
+    is_found = has_equilibrium(found[1].astype(np.int8)) & has_equilibrium(known[1].astype(np.int8))
+    lost = {setup.cases[case].name: str(STATUSES[int(found[1][case])]) for case in np.flatnonzero(~is_found)}
+    sizes = np.linalg.norm(known[0], axis=1)
+    # What does not move at all is measured by a spring.
+    sizes = np.where(sizes > 0.0, sizes, setup.objective.smallest_rest_length)
+    changes = np.linalg.norm(found[0] - known[0], axis=1) / sizes
+    if lost:
+        return EffectShare(variant.name, None, None, None, None, None, lost)
+    return EffectShare(variant.name, share, low, high, float(changes.max()), float(changes.mean()))
+
+
+def _say(share: EffectShare, accuracy: float) -> str:
+    is_seen = share.share_low is not None and share.share_low > 0.0
+    cost = f"takes {share.share:.0%} of the time" if is_seen else "takes no time that could be measured"
+    advice = "small displacements will do" if share.name == "exact kinematics" else "leave it out"
+    return f"{share.name} changes positions by {share.change:.2%} and {cost}: below {accuracy:.2%}, so {advice}."
