@@ -34,9 +34,7 @@ def weighed(folder: Path, forces: list[float], fitted: str = "gravity.mass", upp
     cases = ", ".join(
         f'{{ name = "{force}", hold = {hold}, push = {{ on = 1, force = [{force}, 0.0] }} }}' for force in forces
     )
-    text = WEIGHED.format(
-        gravity=GRAVITY, mass=MASS, stiffness=STIFFNESS, fitted=fitted, upper=upper, cases=cases
-    )
+    text = WEIGHED.format(gravity=GRAVITY, mass=MASS, stiffness=STIFFNESS, fitted=fitted, upper=upper, cases=cases)
     (folder / "weighed.toml").write_text(text)
     setup = load_scene(folder / "weighed.toml").build()
     return identify(setup, choose_point(setup), noise=NOISE)

@@ -7,9 +7,8 @@ import pytest
 
 from springopt.lattice import SpringLattice, side
 from springopt.load_case import LoadCase
-from springopt.report.deformation import deformations
+from springopt.report.deformation import deformations, earlier
 from springopt.report.figures import Learned, draw
-from springopt.report.motion import earlier
 
 FLAT, BLOCK = SpringLattice.grid((3, 3)), SpringLattice.grid((3, 3, 3))
 TIMES = np.array([0.5, 1.0, 1.5, 2.0])
@@ -20,9 +19,7 @@ def moving(lattice: SpringLattice, roles: Sequence[str], times: np.ndarray = TIM
     pull = np.zeros_like(lattice.nodes)
     pull[side(lattice, "right"), 0] = 0.2
     pull[-1, 0] = 0.3
-    cases = [
-        LoadCase(f"case {i}", side(lattice, "left"), pull, role=role, times=times) for i, role in enumerate(roles)
-    ]
+    cases = [LoadCase(f"case {i}", side(lattice, "left"), pull, role=role, times=times) for i, role in enumerate(roles)]
     errors = [{"relative_distance": 0.02, "max_distance": 0.1}] * len(cases)
     motion = times[:, None, None] * pull
     reference, model = lattice.nodes + motion, lattice.nodes + 0.9 * motion
