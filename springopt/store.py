@@ -27,6 +27,7 @@ FORMAT = 2
 
 _MARK = "springopt run"
 _ARRAYS = ("stiffness", "point")
+_PARAMETERS = ("parameters", "parameter_intervals", "reference_parameters")
 _BLOBS = ("question", "payload", "checksum")
 
 
@@ -123,6 +124,9 @@ def _write_run(file: h5py.File, run: Run) -> None:
         file.create_dataset(f"notes/{name}", data=np.array(curve), compression="gzip")
     for name, column in facts.pop("front").items():
         file[f"front/{name}"] = column
+    for name in _PARAMETERS:  # a run that fits none is a file as it was before there were any
+        if not facts[name]:
+            del facts[name]
     file["run"] = json.dumps(facts)
 
 

@@ -97,6 +97,27 @@ def test_a_run_file_of_the_time_before_there_were_fronts_is_read(path):
     same(Front(), read(path).run.front)
 
 
+def test_fitted_parameters_come_back_and_a_run_without_them_keeps_no_trace_of_them(path):
+    fitted = {"volume.modulus": [0.1 + 0.2]}
+    run = dataclasses.replace(RUN, parameters=fitted, parameter_intervals={"volume.modulus": [0.0, 1.0]})
+    write(path, contents(run=run), ANSWERS)
+    same(dataclasses.replace(run, run=str(path)), read(path).run)
+    path.unlink()
+    write(path, contents(), ANSWERS)
+    with h5py.File(path) as file:
+        assert "parameter" not in file["run"].asstr()[()]
+
+
+def test_times_and_motions_come_back(path):
+    cases = [dataclasses.replace(case, times=np.array([0.5, 0.1 + 0.9])) for case in CASES]
+    motion = np.random.default_rng(1).uniform(size=(2, 2, 4, 2))
+    write(path, dataclasses.replace(contents(cases=cases), reference_positions=motion, positions=-motion), ANSWERS)
+    back = read(path)
+    np.testing.assert_array_equal(back.positions, -motion)
+    for case, other in zip(cases, back.cases, strict=True):
+        same(case, other)
+
+
 def test_only_the_run_file_is_left_behind(path):
     write(path, contents(), ANSWERS)
     write(path, contents(), ANSWERS)

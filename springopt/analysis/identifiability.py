@@ -133,7 +133,10 @@ def _parameters(setup: Setup, row: Floats, errors: Floats, strengths: Floats) ->
 
 
 def standard_errors(spread: Floats, jacobian: Floats, noise: float) -> Floats:
-    """Of stiffness and parameters, shape (s + f,), from derivatives by the unknowns: theirs (s + f, u), residuals' (r, u)."""
+    """Of stiffness and parameters, shape (s + f,), from derivatives by the unknowns.
+
+    Those of stiffness and parameters themselves, shape (s + f, u), and those of the residuals, shape (r, u).
+    """
     return _standard_errors(spread, _spectrum(jacobian), noise)
 
 

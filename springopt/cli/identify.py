@@ -154,7 +154,8 @@ def _print(answer: dict[str, Any]) -> None:
     click.echo(f"{answer['scene']}, {answer['at']}")
     click.echo(
         f"rank {answer['rank']} of {answer['unknowns']} unknowns, condition {condition}; {len(identified)} of "
-        f"{len(answer['springs'])} springs identified{_of_parameters(answer['parameters'])}; noise of the reference's coordinates {answer['noise']:g}"
+        f"{len(answer['springs'])} springs identified{_of_parameters(answer['parameters'])}; "
+        f"noise of the reference's coordinates {answer['noise']:g}"
     )
     if answer["unseen"]:
         print_table(unseen_table(answer["unseen"], answer["springs"]))

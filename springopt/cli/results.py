@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def print_run(run: Run, floor: str | None = None) -> None:
-    """What came of it: its place above the floor, cost, errors by load case, classes of springs, parameters, front and run file."""
+    """What came of it: its place above the floor, cost, errors, stiffness, parameters, front and run file."""
     from springopt.report.tables import classes_table, errors_table, front_table, parameters_table
 
     click.echo(f"{run.scene}, {run.method}, seed {run.seed}: objective {run.objective:.6g}")

@@ -113,9 +113,6 @@ def _values(candidate: Parameters) -> dict[str, Floats]:
 def _write_arrays(path: Path, setup: Setup, candidate: Parameters, solution: Solution) -> None:
     import numpy as np
 
-    moving: dict[str, Any] = {}
-    if _is_motion(setup):
-        moving = {"times": [_times(case) for case in setup.cases], "velocities": solution.velocities}
     arrays: dict[str, Any] = {
         "stiffness": candidate.stiffness,
         "nodes": setup.lattice.nodes,
@@ -125,7 +122,9 @@ def _write_arrays(path: Path, setup: Setup, candidate: Parameters, solution: Sol
         "positions": solution.positions,
         "reference_positions": setup.reference_positions,
     }
-    np.savez(path, **arrays, **moving, **_values(candidate))
+    if _is_motion(setup):
+        arrays |= {"times": [_times(case) for case in setup.cases], "velocities": solution.velocities}
+    np.savez(path, **arrays | _values(candidate))
 
 
 def _draw(path: Path, setup: Setup, solution: Solution, errors: list[dict[str, Any]]) -> None:

@@ -14,8 +14,13 @@ from springopt.checks import Booleans, Floats
 from springopt.lattice import SpringLattice
 from springopt.load_case import LoadCase
 from springopt.report import style
-from springopt.report.body import project, visible
-from springopt.report.motion import draw_ghosts, earlier
+from springopt.report.body import Body, project, visible
+
+GHOSTS = 2  # earlier times that are drawn beside the last one
+_EARLIER: dict[str, dict[str, Any]] = {
+    "reference": {"colors": style.REFERENCE, "linewidths": 1.6, "alpha": 0.2, "capstyle": "round", "zorder": 1.5},
+    "model": {"colors": style.MODEL, "linewidths": 0.5, "alpha": 0.5, "zorder": 1.7},
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +74,20 @@ def draw_deformation(axes: Axes, lattice: SpringLattice, present: Booleans, defo
     axes.set_title(f"{deformation.case.name}\n{deformation.caption}", linespacing=1.3, pad=3)
     axes.set_aspect("equal")
     axes.set_axis_off()
+
+
+def earlier(motion: Floats) -> Floats:
+    """Positions (t, n, d) at a few evenly spread times before the last one."""
+    count = len(motion)
+    chosen = np.unique(np.linspace(0, count, GHOSTS + 2).astype(int)[1:-1] - 1)
+    return motion[chosen[(chosen >= 0) & (chosen < count - 1)]]
+
+
+def draw_ghosts(axes: Axes, body: Body, deformation: Deformation) -> None:
+    """The lines of reference and model at earlier times, pale."""
+    for name, look in _EARLIER.items():
+        for positions in earlier(deformation.motion(name)):
+            axes.add_collection(LineCollection(list(project(positions)[body.lines]), **look))
 
 
 def limits(lattice: SpringLattice, deformations: list[Deformation]) -> tuple[Floats, Floats]:

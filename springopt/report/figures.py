@@ -78,9 +78,8 @@ def draw(learned: Learned) -> Figure:
                 for course in below_it:
                     draw_course(course, learned.lattice, deformation)
         _draw_summary(below, learned)
-        figure.legend(
-            handles=_legend(learned.is_motion), loc="outside lower center", ncols=7, title=CAPTION, **style.LEGEND
-        )
+        marks = _legend(learned.is_motion)
+        figure.legend(handles=marks, loc="outside lower center", ncols=7, title=CAPTION, **style.LEGEND)
     return figure
 
 

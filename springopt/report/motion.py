@@ -1,43 +1,20 @@
-"""One load case in motion on paper: where the body was earlier, and the node that moves furthest, over time."""
+"""Load cases in motion on paper, over time: the node that moves furthest, and the distance from the reference."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
 
 from springopt.checks import Floats
 from springopt.lattice import SpringLattice
 from springopt.load_case import LoadCase
 from springopt.report import style
-from springopt.report.body import Body, project
+from springopt.report.deformation import Deformation
 
-if TYPE_CHECKING:
-    from springopt.report.deformation import Deformation
-
-GHOSTS = 2  # earlier times that are drawn beside the last one
 AXES = "xyz"
-_EARLIER = {
-    "reference": {"colors": style.REFERENCE, "linewidths": 1.6, "alpha": 0.2, "capstyle": "round", "zorder": 1.5},
-    "model": {"colors": style.MODEL, "linewidths": 0.5, "alpha": 0.5, "zorder": 1.7},
-}
-
-
-def earlier(motion: Floats) -> Floats:
-    """Positions (t, n, d) at a few evenly spread times before the last one."""
-    count = len(motion)
-    chosen = np.unique(np.linspace(0, count, GHOSTS + 2).astype(int)[1:-1] - 1)
-    return motion[chosen[(chosen >= 0) & (chosen < count - 1)]]
-
-
-def draw_ghosts(axes: Axes, body: Body, deformation: Deformation) -> None:
-    """The lines of reference and model at earlier times, pale."""
-    for name, look in _EARLIER.items():
-        for positions in earlier(deformation.motion(name)):
-            axes.add_collection(LineCollection(list(project(positions)[body.lines]), **look))
 
 
 def draw_course(axes: Axes, lattice: SpringLattice, deformation: Deformation) -> None:
@@ -59,14 +36,16 @@ def draw_course(axes: Axes, lattice: SpringLattice, deformation: Deformation) ->
 
 def draw_distances(axes: Axes, deformations: Sequence[Deformation]) -> None:
     """The mean distance of the nodes over time, a line a load case."""
-    looks = {"train": {"color": style.MODEL}, "test": {"color": style.INK, "linestyle": (0, (3, 1.5))}}
+    looks: dict[str, dict[str, Any]] = {
+        "train": {"color": style.MODEL},
+        "test": {"color": style.INK, "linestyle": (0, (3, 1.5))},
+    }
     names = {"train": "training", "test": "test"}
     for deformation in deformations:
         reference, model = deformation.motion("reference"), deformation.motion("model")
         distances = np.linalg.norm(model - reference, axis=-1).mean(axis=-1)
         label = names.pop(deformation.case.role, None)
-        look: dict[str, Any] = looks[deformation.case.role]
-        times = _times(deformation.case)
+        times, look = _times(deformation.case), looks[deformation.case.role]
         axes.plot(times, np.concatenate([[0.0], distances]), linewidth=0.9, label=label, **look)
     axes.set_xlim(0.0, _times(deformations[0].case)[-1])
     axes.set_ylim(0.0, 1.25 * axes.dataLim.y1 or 1.0)  # room for the legend over the lines

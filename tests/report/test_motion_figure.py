@@ -7,9 +7,8 @@ import pytest
 
 from springopt.lattice import SpringLattice, side
 from springopt.load_case import LoadCase
-from springopt.report.deformation import deformations
+from springopt.report.deformation import deformations, earlier
 from springopt.report.figures import Learned, draw
-from springopt.report.motion import earlier
 
 FLAT, BLOCK = SpringLattice.grid((3, 3)), SpringLattice.grid((3, 3, 3))
 TIMES = np.array([0.5, 1.0, 1.5, 2.0])
