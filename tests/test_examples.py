@@ -29,6 +29,7 @@ def test_every_example_is_tested_here() -> None:
         "step_response",
         "recovered_tissue",
         "pressed_block",
+        "soft_block_on_plane",  # with explain --measure
     }
     assert {path.parent.name for path in EXAMPLES.glob("*/pyproject.toml")} == {
         "third_party_effect",
