@@ -64,12 +64,19 @@ def effect_shares(
     """Measured for so many seconds, seven rounds at least; `accuracy` is relative to the displacements."""
     whole = _Variant("everything", setup.model, _candidate(setup, point))
     variants, left_out = _variants(setup, whole)
-    answers = [variant.solve(setup) for variant in (whole, *variants)]
+    known = whole.solve(setup)
+    found = {variant.name: variant.solve(setup) for variant in variants}
+    lost = {name: _lost(setup, known, answer) for name, answer in found.items()}
     copies = _copies(setup, whole)
-    rounds = _measure(setup, [whole, *variants], copies, seconds, progress)
+    # A search that finds nothing would be timed for its limit.
+    timed = [whole, *(variant for variant in variants if not lost[variant.name])]
+    rounds = _measure(setup, timed, copies, seconds, progress)
+    saved = dict(zip((variant.name for variant in timed), (1.0 - rounds / rounds[:, :1]).T, strict=True))
     shares = [
-        _share(setup, variant, answers[0], answer, 1.0 - rounds[:, number + 1] / rounds[:, 0])
-        for number, (variant, answer) in enumerate(zip(variants, answers[1:], strict=True))
+        EffectShare(name, None, None, None, None, None, lost[name])
+        if lost[name]
+        else _share(setup, name, known[0], answer[0], saved[name])
+        for name, answer in found.items()
     ]
     return EffectShares(
         seconds=float(np.median(rounds[:, 0])) / copies,
@@ -172,19 +179,19 @@ def _measure(
     return np.array(rounds)
 
 
-def _share(
-    setup: Setup, variant: _Variant, known: tuple[Floats, Floats], found: tuple[Floats, Floats], saved: Floats
-) -> EffectShare:
-    low, share, high = np.quantile(saved, [0.25, 0.5, 0.75]).tolist()
+def _lost(setup: Setup, known: tuple[Floats, Floats], found: tuple[Floats, Floats]) -> dict[str, str]:
+    """The load cases that one of the two has no answer to, and how the second one ended."""
     is_found = has_equilibrium(found[1].astype(np.int8)) & has_equilibrium(known[1].astype(np.int8))
-    lost = {setup.cases[case].name: str(STATUSES[int(found[1][case])]) for case in np.flatnonzero(~is_found)}
-    sizes = np.linalg.norm(known[0], axis=1)
+    return {setup.cases[case].name: str(STATUSES[int(found[1][case])]) for case in np.flatnonzero(~is_found)}
+
+
+def _share(setup: Setup, name: str, known: Floats, found: Floats, saved: Floats) -> EffectShare:
+    low, share, high = np.quantile(saved, [0.25, 0.5, 0.75]).tolist()
+    sizes = np.linalg.norm(known, axis=1)
     # What does not move at all is measured by a spring.
     sizes = np.where(sizes > 0.0, sizes, setup.objective.smallest_rest_length)
-    changes = np.linalg.norm(found[0] - known[0], axis=1) / sizes
-    if lost:
-        return EffectShare(variant.name, None, None, None, None, None, lost)
-    return EffectShare(variant.name, share, low, high, float(changes.max()), float(changes.mean()))
+    changes = np.linalg.norm(found - known, axis=1) / sizes
+    return EffectShare(name, share, low, high, float(changes.max()), float(changes.mean()))
 
 
 def _say(share: EffectShare, accuracy: float) -> str:

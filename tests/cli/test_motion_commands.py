@@ -148,3 +148,17 @@ def test_a_benchmark_of_it_says_who_can_not_serve_and_is_compared(springopt) -> 
     code, out, _ = springopt("compare", "b")
     assert code == 0
     assert "gauss-newton" in out
+
+
+def test_explain_measures_what_each_effect_costs(springopt):
+    block = str(Path(__file__).parents[2] / "examples" / "soft_block_on_plane.toml")
+    code, out, err = springopt("explain", block, "--measure", "--seconds", "0", "--json")
+    assert (code, err) == (0, "")
+    answer = json.loads(out)
+    assert answer["measured"]["rounds"] >= 7
+    plane = next(effect for effect in answer["effects"] if effect["name"] == "plane")
+    assert plane["kernels"] == ["add_plane"]
+    assert plane["acts_on_reference"]
+    code, out, _ = springopt("explain", block, "--measure", "--seconds", "0")
+    assert code == 0
+    assert "bending changes positions by 0.04%" in out
