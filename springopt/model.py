@@ -8,7 +8,7 @@ from numbers import Integral
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from springopt.checks import Floats, floats, require_nonnegative, require_positive, require_shape
+from springopt.checks import Floats, floats, require_finite, require_nonnegative, require_positive, require_shape
 from springopt.effects.effect import Effect
 from springopt.effects.springs import springs_of
 from springopt.errors import UserError, did_you_mean
@@ -109,8 +109,13 @@ class Model:
         return self, self._checked(np.atleast_2d(candidates), candidates.ndim, axes)
 
     def fitting(self, given: Parameters) -> "Model":
-        """The model whose candidates differ in the parameters that are named here."""
-        return self if self.fitted == given.names else replace(self, fitted=given.names)
+        """The model whose candidates differ in the parameters that are named here; refuses numbers that do not fit."""
+        model = self if self.fitted == given.names else replace(self, fitted=given.names)
+        leading = given.stiffness.shape[:-1]
+        require_shape("stiffness", given.stiffness, (*leading, self.lattice.spring_count))
+        for name, value in given.values.items():
+            require_shape(name, np.asarray(value), (*leading, model.terms.count(name)))
+        return model
 
     def _checked(self, candidates: Floats, ndim: int, axes: int) -> Floats:
         springs = self.lattice.spring_count
@@ -119,6 +124,7 @@ class Model:
         if ndim != axes or width not in (springs, wide):
             require_shape("stiffness", candidates if ndim == 2 else candidates[0], ("m", springs)[-axes:])
         require_nonnegative("stiffness", candidates[:, :springs])
+        require_finite("parameters", candidates[:, springs:])
         return candidates
 
     def find(self, groups: Sequence[Group], candidates: Floats, tolerance: float) -> Equilibria | Motions:
@@ -258,13 +264,13 @@ class Batch:
     def _energies_in_motion(self) -> Floats:
         rows = self.terms.rows(self.candidates)
         masses = self.terms.masses(rows[:, self.lattice.spring_count :])
-        plan = make_plan(self.terms, np.zeros(self.lattice.nodes.shape, dtype=np.bool_))
-        work, weight = Workspace.of(plan), self.terms.constant_forces
-        forces = np.array([case.forces + weight for case in self.cases])
+        # With the supports of each load case, since a node that is held is not in contact.
+        works = [Workspace.of(make_plan(self.terms, case.supports)) for case in self.cases]
+        forces = np.array([case.forces + self.terms.constant_forces for case in self.cases])
         kinetic = 0.5 * np.einsum("mn,mctnd->mct", masses, self.velocities**2)
         potential = -np.einsum("cnd,mctnd->mct", forces, self.positions)
         for candidate, row in enumerate(rows):
-            for case in range(len(self.cases)):
+            for case, work in enumerate(works):
                 states = self.displacements[candidate, case].reshape(-1, self.lattice.nodes.size)
                 potential[candidate, case] += work.energies(row, states)
         return kinetic + potential
