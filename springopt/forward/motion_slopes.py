@@ -211,6 +211,8 @@ def _by_row(terms: Terms, stiffness: Floats, values: Floats, ways: _Ways, *, is_
     springs = len(stiffness)
     answer = np.zeros((len(ways.base), springs + len(values), ways.base.shape[1]))
     for term, kernel in terms.potentials:
+        if not terms.fitted_of(term):
+            continue
         columns = slice(springs + term.columns.start, springs + term.columns.stop)
         for weight, _, at in _points(ways, is_midpoint=is_midpoint):
             for number, u in enumerate(at):
