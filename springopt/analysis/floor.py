@@ -91,7 +91,7 @@ def _zero(setup: Setup) -> Found | None:
     reference = reference_stiffness(setup)
     if reference is None or setup.scene.reference.noise is not None:
         return None
-    point, is_exact = encode(setup.encoding, reference)
+    point, is_exact = encode(setup, reference)
     objective = setup.objective
     value = float(objective.evaluate(setup.encoding.decode(point)[None]).values[0])
     if not is_exact or value > REACHED * objective.smallest_rest_length * len(objective.cases):

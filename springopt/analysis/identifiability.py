@@ -17,6 +17,7 @@ from springopt.analysis.point import Point
 from springopt.analysis.sensitivity import Sensitivity, sensitivity
 from springopt.analysis.unseen import seen, stretch, why_unseen
 from springopt.checks import Booleans, Floats, Integers, require_positive
+from springopt.errors import UserError
 from springopt.scene import Setup
 
 #: A singular value below this share of the largest one counts as zero: equilibria are exact to about 1e-12.
@@ -78,6 +79,7 @@ def identify(setup: Setup, point: Point, *, noise: float | None = None) -> Ident
         point: where, see `choose_point`.
         noise: of the reference's coordinates [length]; by default `NOISE` times the smallest rest length.
     """
+    _require_stiffness_at_rest(setup)
     objective = setup.objective
     noise = NOISE * objective.smallest_rest_length if noise is None else require_positive("noise", noise)
     derivatives = sensitivity(objective, setup.encoding, point)
@@ -99,6 +101,18 @@ def identify(setup: Setup, point: Point, *, noise: float | None = None) -> Ident
         unseen=[Unseen(spring, why) for spring, why in zip(unseen, reasons, strict=True)],
         shared=_shared(derivatives.spread @ spectrum.free, is_seen),
     )
+
+
+def _require_stiffness_at_rest(setup: Setup) -> None:
+    if setup.encoding.parameter_count:
+        raise UserError(
+            f"what load cases tell of {', '.join(setup.model.fitted)} is not known here, only what they tell of each "
+            "spring; leave encoding.parameters out."
+        )
+    if any(case.times is not None for case in setup.cases):
+        raise UserError(
+            "what load cases tell of each spring is known of equilibria only, and these have times; leave them out."
+        )
 
 
 def standard_errors(spread: Floats, jacobian: Floats, noise: float) -> Floats:

@@ -8,7 +8,6 @@ import numpy as np
 
 from springopt.analysis.analytic_start import analytic_start
 from springopt.checks import Floats
-from springopt.encoding import Encoding
 from springopt.errors import UserError
 from springopt.reference.spring import SpringReference
 from springopt.scene import Setup
@@ -44,7 +43,7 @@ def choose_point(setup: Setup, place: str | None = None, best: Floats | None = N
                 "the reference has a stiffness where it is a mass-spring model, and this scene's is none; "
                 "leave out --at reference."
             )
-        return _at_reference(setup.encoding, reference)
+        return _at_reference(setup, reference)
     if place == "start":
         return _at_start(setup)
     if setup.encoding.kind == "binary":
@@ -59,10 +58,12 @@ def reference_stiffness(setup: Setup) -> Floats | None:
     return reference.stiffness if isinstance(reference, SpringReference) else None
 
 
-def encode(encoding: Encoding, stiffness: Floats) -> tuple[Floats, bool]:
-    """The point of the encoding closest to a stiffness, shape (s,), and whether it is that stiffness."""
-    point = encoding.encode(stiffness)
-    return point, bool(np.allclose(encoding.decode(point), stiffness, rtol=1e-12, atol=0.0))
+def encode(setup: Setup, stiffness: Floats) -> tuple[Floats, bool]:
+    """The point closest to a stiffness, shape (s,), and to effects as they are stated; and whether it is exactly that."""
+    terms = setup.model.terms
+    row = np.concatenate([stiffness, terms.defaults[terms.fitted_columns]])
+    point = setup.encoding.encode(row)
+    return point, bool(np.allclose(setup.encoding.decode(point), row, rtol=1e-12, atol=0.0))
 
 
 def _at_start(setup: Setup) -> Point:
@@ -75,7 +76,7 @@ def _at_start(setup: Setup) -> Point:
     return Point(start[0], "at the analytic start")
 
 
-def _at_reference(encoding: Encoding, stiffness: Floats) -> Point:
-    point, is_exact = encode(encoding, stiffness)
+def _at_reference(setup: Setup, stiffness: Floats) -> Point:
+    point, is_exact = encode(setup, stiffness)
     closest = "at the point of the encoding closest to the reference's stiffness, which it can't express"
     return Point(point, "at the reference's stiffness" if is_exact else closest)

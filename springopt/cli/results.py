@@ -28,6 +28,8 @@ def print_run(run: Run, floor: str | None = None) -> None:
     )
     print_table(errors_table(run.errors))
     print_table(classes_table(run.classes))
+    for name, values in run.parameters.items():
+        click.echo(f"{name}: {', '.join(f'{value:.6g}' for value in values)}")
     if run.front:
         print_table(front_table(run.front, len(run.stiffness)))
     if run.run:

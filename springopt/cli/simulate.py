@@ -35,8 +35,8 @@ def command(source: str, stiffness: str | None, out: str | None, figure: str | N
     """Deform a mass-spring model under every load case of a scene, and compare it with the scene's reference."""
     out_path = None if out is None else require_new(out, ARRAY_ENDINGS)
     figure_path = None if figure is None else require_new(figure, FIGURE_ENDINGS)
-    setup, numbers = _load(source, stiffness)
-    answers = _answers(setup, numbers)
+    setup, row = _load(source, stiffness)
+    answers, numbers = _answers(setup, row), row[: setup.lattice.spring_count]
     if out_path is not None:
         _write_arrays(out_path, setup, numbers, answers)
     if figure_path is not None:
@@ -50,26 +50,28 @@ def command(source: str, stiffness: str | None, out: str | None, figure: str | N
 
 
 def _load(source: str, stiffness: str | None) -> tuple[Setup, Floats]:
-    """The scene made ready, and the stiffness that was given or that the run found."""
+    """The scene made ready, and the stiffness that was given, or what the run found, parameters of effects too."""
     from springopt.scene import Scene, load_scene
 
     if names_run(source):
         contents = read_run(source)
-        setup, numbers = Scene.from_json(contents.order.scene).build(), contents.run.stiffness
-        return setup, numbers if stiffness is None else read_stiffness(stiffness, setup.lattice.spring_count)
+        setup = Scene.from_json(contents.order.scene).build()
+        if stiffness is None:
+            return setup, setup.encoding.decode(contents.run.point)
+        return setup, read_stiffness(stiffness, setup.lattice.spring_count)
     if stiffness is None:
         raise UserError("a scene states no stiffness of its own; give --stiffness a number or a file, or give a run.")
     setup = load_scene(source).build()
     return setup, read_stiffness(stiffness, setup.lattice.spring_count)
 
 
-def _answers(setup: Setup, stiffness: Floats) -> list[dict[str, Any]]:
-    """For each load case its error, status, energy, residual and positions."""
-    solution = setup.objective.solution(stiffness)
+def _answers(setup: Setup, row: Floats) -> list[dict[str, Any]]:
+    """For each load case its error, status, energy, residual and positions; in motion of each time, the energy too."""
+    solution = setup.objective.solution(row)
     return [
-        asdict(error) | {"energy": float(energy), "residual": float(residual), "positions": positions.tolist()}
+        asdict(error) | {"energy": energy.tolist(), "residual": float(residual), "positions": positions.tolist()}
         for error, energy, residual, positions in zip(
-            setup.objective.errors(stiffness), solution.energy, solution.residual, solution.positions, strict=True
+            setup.objective.errors(row), solution.energy, solution.residual, solution.positions, strict=True
         )
     ]
 

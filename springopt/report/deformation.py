@@ -30,7 +30,8 @@ class Deformation:
 def deformations(
     cases: Sequence[LoadCase], reference: Floats, model: Floats, errors: Sequence[Mapping[str, Any]]
 ) -> list[Deformation]:
-    """One for each load case, from positions of shape (c, n, d), with the errors as captions."""
+    """One for each load case, from positions (c, n, d), with the errors as captions; of a motion its last time."""
+    reference, model = (positions if positions.ndim == 3 else positions[:, -1] for positions in (reference, model))
     captions = [f"error {error['relative_distance']:#.2g}, largest {error['max_distance']:#.2g}" for error in errors]
     return [Deformation(*parts) for parts in zip(cases, reference, model, captions, strict=True)]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from rich import box
 from rich.markup import escape
 from rich.table import Table
@@ -142,7 +143,8 @@ def simulation_table(title: str, answers: Sequence[Mapping[str, Any]]) -> Table:
     """One row a load case: how the forward solve ended, and how far from the reference."""
     table = plain_table(title, ["load case", "role"], ["energy", "residual", "distance", "largest"], ["status"])
     for answer in answers:
-        forward = [f"{answer['energy']:.6g}", f"{answer['residual']:.1e}"]
+        energy = np.ravel(answer["energy"])[-1]  # in motion that at the last time
+        forward = [f"{energy:.6g}", f"{answer['residual']:.1e}"]
         errors = [_number(answer["distance"]), _number(answer["max_distance"])]
         table.add_row(answer["name"], answer["role"], *forward, *errors, str(answer["status"]))
     return table
