@@ -39,7 +39,7 @@ def stretch(objective: Objective, stiffness: Floats) -> Stretched:
     """What the springs do at a stiffness, shape (s,)."""
     cases = [case for case in objective.cases if case.role == "train"]
     positions = objective.model.solve(stiffness, cases, TOLERANCE).positions
-    spans, elongations = _spans(objective.model.lattice, positions)
+    spans, elongations = _spans(objective.model.terms.lattice, positions)
     has_rest_length = elongations == 0
     lengths = np.linalg.norm(spans, axis=-1, keepdims=True)
     directions = np.divide(spans, lengths, out=np.zeros_like(spans), where=lengths > 0)
@@ -60,7 +60,7 @@ def why_unseen(objective: Objective, stiffness: Floats, stretched: Stretched, sp
         return []
     model = objective.model
     others = stiffness * np.random.default_rng(0).uniform(0.9, 1.1, size=(OTHERS, len(stiffness)))
-    elsewhere = _spans(model.lattice, model.solve_many(others, stretched.cases, TOLERANCE).positions)[1] == 0
+    elsewhere = _spans(model.terms.lattice, model.solve_many(others, stretched.cases, TOLERANCE).positions)[1] == 0
     weights = model.constant_forces()
     equilibria = [
         _Equilibrium(

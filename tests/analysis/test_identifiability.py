@@ -227,3 +227,9 @@ def test_the_analytic_start_is_that_of_the_plugin(monkeypatch: pytest.MonkeyPatc
     else:
         with pytest.raises(UserError, match="not installed or has no formula for this scene"):
             choose_point(setup, "start")
+
+
+def test_a_spring_that_prestress_leaves_at_the_lattice_s_rest_length_is_seen() -> None:
+    stretched = {"effects": [{"kind": "prestress", "scale": 0.5}]}
+    found = at_reference(line([(0, 1), (1, 2)], [{"hold": (0, 2)}], **stretched))
+    assert found.unseen == []
