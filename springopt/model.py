@@ -19,7 +19,7 @@ from springopt.forward.followed import BRANCHES, MINIMUM
 from springopt.forward.lane_factors import tangents
 from springopt.forward.motion import Motions, move
 from springopt.forward.motion_derivatives import MotionLinearization, linearize_motion
-from springopt.forward.plan import make_plan
+from springopt.forward.plan import Plan, make_plan
 from springopt.forward.spring_forces import forces_per_stiffness
 from springopt.forward.status import STATUSES, Status
 from springopt.forward.stepping import Stepping
@@ -65,7 +65,10 @@ class Model:
         if self.branch not in BRANCHES:
             hint = did_you_mean(self.branch, BRANCHES)
             raise UserError(f"branch must be one of {', '.join(BRANCHES)}, not {self.branch!r}.{hint}")
-        object.__setattr__(self, "fitted", (self.fitted,) if isinstance(self.fitted, str) else tuple(self.fitted))
+        if self.stepping is not None and not isinstance(self.stepping, Stepping):
+            raise UserError(f"stepping must be Stepping(step), not {self.stepping!r}.")
+        fitted = (self.fitted,) if isinstance(self.fitted, str) else tuple(self.fitted or ())
+        object.__setattr__(self, "fitted", fitted)
         _require_expansions(self.terms, self.kinematics)  # makes the terms: options that do not fit are refused here
 
     def __getstate__(self) -> dict[str, object]:
@@ -86,9 +89,8 @@ class Model:
         A load case that has no equilibrium says so in its status and never raises.
         """
         model, candidates = self.candidates(stiffness, axes=1)
-        groups = model.groups(cases)
-        batch = model._solve(groups, candidates, cases, tolerance)
-        return Solution(batch, candidates[0, : self.lattice.spring_count], model.terms.rows(candidates)[0], groups)
+        batch = model._solve(model.groups(cases), candidates, cases, tolerance)
+        return Solution(batch, candidates[0, : self.lattice.spring_count], model.terms.rows(candidates)[0])
 
     def solve_many(
         self, stiffness: ArrayLike | Parameters, cases: Sequence[LoadCase], tolerance: float = TOLERANCE
@@ -168,10 +170,11 @@ class Model:
                     f"Load case {case.name!r} has forces of shape {case.forces.shape}, "
                     f"but the lattice has nodes of shape {self.lattice.nodes.shape}."
                 )
-        self._require_what_times_need(cases)
+        self.require_what_times_need(cases)
         return group_by_supports(self.terms, cases, kinematics=self.kinematics, engine=self.engine)
 
-    def _require_what_times_need(self, cases: Sequence[LoadCase]) -> None:
+    def require_what_times_need(self, cases: Sequence[LoadCase]) -> None:
+        """Refuses load cases with times that this model can't follow, or not beside each other."""
         counts = {0 if case.times is None else len(case.times) for case in cases}
         if counts == {0}:
             return
@@ -288,7 +291,6 @@ class Solution:
     batch: Batch
     stiffness: Floats = field(repr=False)
     row: Floats = field(repr=False)  #: the stiffness, and the parameters of all effects, shape (s + p,)
-    groups: tuple[Group, ...] = field(repr=False)
 
     @property
     def displacements(self) -> Floats:
@@ -324,17 +326,18 @@ class Solution:
     def zero_modes(self) -> list[Floats]:
         """For each load case that is underdetermined, its modes without stiffness, orthonormal, shape (modes, n, d)."""
         modes = [np.zeros((0, *self.batch.lattice.nodes.shape)) for _ in self.batch.cases]
-        for group in self.groups:
-            for number in group.cases:
-                if self.status[number] == Status.UNDERDETERMINED:
-                    modes[number] = _zero_modes(group, self.row, self.displacements[number].ravel())
+        for number, case in enumerate(self.batch.cases):
+            if self.status[number] == Status.UNDERDETERMINED:
+                # A plan of its own: one that was sent here has addresses of kernels in another process.
+                plan = make_plan(self.batch.terms, case.supports)
+                modes[number] = _zero_modes(plan, self.row, self.displacements[number].ravel())
         return modes
 
 
-def _zero_modes(group: Group, row: Floats, displacements: Floats) -> Floats:
-    nodes = group.plan.nodes
-    free = np.setdiff1d(np.arange(nodes.size), group.plan.supported)
-    tangent = tangents(group.plan, row, displacements[None])[0][np.ix_(free, free)]
+def _zero_modes(plan: Plan, row: Floats, displacements: Floats) -> Floats:
+    nodes = plan.nodes
+    free = np.setdiff1d(np.arange(nodes.size), plan.supported)
+    tangent = tangents(plan, row, displacements[None])[0][np.ix_(free, free)]
     values, vectors = np.linalg.eigh(tangent)
     is_zero = np.abs(values) <= 1e-10 * max(np.abs(values).max(initial=0.0), np.finfo(float).tiny)
     modes = np.zeros((np.count_nonzero(is_zero), nodes.size))

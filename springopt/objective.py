@@ -71,6 +71,7 @@ class Objective:
     reference: Reference | None = None  #: what gave the positions, for those that learn from its material, too
 
     def __post_init__(self) -> None:
+        self.model.require_what_times_need(self.cases)
         times = [() if case.times is None else (len(case.times),) for case in self.cases[:1]]
         shape = (len(self.cases), *(times[0] if times else ()), *self.model.lattice.nodes.shape)
         reference = require_shape("reference_positions", floats("reference_positions", self.reference_positions), shape)

@@ -59,7 +59,7 @@ def reference_stiffness(setup: Setup) -> Floats | None:
 
 
 def encode(setup: Setup, stiffness: Floats) -> tuple[Floats, bool]:
-    """The point closest to a stiffness, shape (s,), and to effects as they are stated; and whether it is exactly that."""
+    """The point closest to a stiffness, shape (s,), with effects as they are stated, and whether it is exactly that."""
     terms = setup.model.terms
     row = np.concatenate([stiffness, terms.defaults[terms.fitted_columns]])
     point = setup.encoding.encode(row)

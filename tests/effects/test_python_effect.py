@@ -157,3 +157,12 @@ def test_an_objective_is_sent_away_without_addresses_of_kernels():
     copy = pickle.loads(pickle.dumps(goal))
     assert "_groups" not in vars(copy)
     assert copy.evaluate(stiffness[None]).values == value
+
+
+def test_a_solution_is_sent_away_without_addresses_of_kernels():
+    loose = so.SpringLattice([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]], [[0, 1]])
+    case = so.LoadCase("rest", [True, False, False], np.zeros((3, 2)))
+    solution = so.Model(loose, Ground(0.0)).solve([1.0], [case])
+    copy = pickle.loads(pickle.dumps(solution))
+    assert len(copy.zero_modes[0]) == len(solution.zero_modes[0]) == 3
+    assert not hasattr(copy, "groups")
