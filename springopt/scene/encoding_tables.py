@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
+import numpy as np
 from pydantic import BeforeValidator, Discriminator, Field
 
+from springopt.checks import Floats
 from springopt.encoding import ENCODINGS, Encoding, Fitted, WithParameters
-from springopt.errors import SceneError
+from springopt.errors import SceneError, UserError
 from springopt.lattice import SpringLattice
 from springopt.scene.table import FittingTable, Numbers, Table
 
 if TYPE_CHECKING:
+    from springopt.effects.effect import Effect
     from springopt.model import Model
 
 
@@ -82,7 +86,32 @@ def _fitted(table: ParameterTable, model: Model) -> Fitted:
     if len(set(counts.values())) > 1:
         said = ", ".join(f"{name} has {count}" for name, count in counts.items())
         raise SceneError(f"parameters with one value should have as many numbers each, but {said}; name them apart.")
+    for name in table.name:
+        _require_allowed(name, table, model)
     return Fitted(tuple(table.name), counts[table.name[0]], table.lower, table.upper)
+
+
+def _require_allowed(name: str, table: ParameterTable, model: Model) -> None:
+    """Refuses bounds that the effect would refuse as the value of its option of this name."""
+    of, own = name.split(".", 1)
+    (term,) = (term for term in model.terms.terms if term.name == of)
+    stated: Any = getattr(term.effect, own, None)
+    shape = np.shape(stated)
+    if _refusal(term.effect, own, np.full(shape, term.parameters[own].flat[0]), model.lattice):
+        return  # another option stands for it
+    for bound in (table.lower, table.upper):
+        refusal = _refusal(term.effect, own, np.full(shape, bound), model.lattice)
+        if refusal:
+            raise SceneError(f"the bounds of {name} are [{table.lower:g}, {table.upper:g}], and {refusal}")
+
+
+def _refusal(effect: Effect, option: str, value: Floats, lattice: SpringLattice) -> str:
+    """What an effect says of a value of its option; nothing where it takes it."""
+    try:
+        replace(effect, **{option: value}).parameters(lattice)
+    except (UserError, TypeError) as error:  # it has no option of this name
+        return str(error)
+    return ""
 
 
 EncodingTable = Annotated[BinaryTable | RealTable | GroupedTable, Discriminator("kind")]

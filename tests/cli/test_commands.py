@@ -172,6 +172,13 @@ def test_identify_refuses_what_it_does_not_know(springopt, text: str, sentence: 
     assert (code, sentence in err) == (2, True)
 
 
+@pytest.mark.parametrize("command", ["floor", "identify"])
+def test_bounds_that_an_effect_would_refuse_are_refused(springopt, command: str) -> None:
+    Path("mine.toml").write_text(SMALL.replace("lower = 0.1", "lower = -0.1"))
+    code, _, err = springopt(command, "mine.toml")
+    assert (code, "the bounds of gravity.mass are [-0.1, 5], and mass is -0.1" in err) == (2, True)
+
+
 def test_the_floor_of_a_scene_with_parameters_is_at_the_reference(springopt) -> None:
     Path("mine.toml").write_text(SMALL)
     assert "floor 0 (distance), proven" in springopt("floor", "mine.toml").out
