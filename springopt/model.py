@@ -8,7 +8,7 @@ from numbers import Integral
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from springopt.checks import Floats, floats, require_nonnegative, require_positive, require_shape
+from springopt.checks import Floats, floats, require_finite, require_nonnegative, require_positive, require_shape
 from springopt.effects.effect import Effect
 from springopt.effects.springs import springs_of
 from springopt.errors import UserError, did_you_mean
@@ -20,7 +20,7 @@ from springopt.forward.lane_factors import tangents
 from springopt.forward.motion.derivatives import MotionLinearization, linearize_motion
 from springopt.forward.motion.follow import Motions, move
 from springopt.forward.motion.stepping import Stepping
-from springopt.forward.plan import make_plan
+from springopt.forward.plan import Plan, make_plan
 from springopt.forward.spring_forces import forces_per_stiffness
 from springopt.forward.status import STATUSES, Status
 from springopt.forward.terms import Terms
@@ -65,8 +65,13 @@ class Model:
         if self.branch not in BRANCHES:
             hint = did_you_mean(self.branch, BRANCHES)
             raise UserError(f"branch must be one of {', '.join(BRANCHES)}, not {self.branch!r}.{hint}")
-        object.__setattr__(self, "fitted", (self.fitted,) if isinstance(self.fitted, str) else tuple(self.fitted))
+        if self.stepping is not None and not isinstance(self.stepping, Stepping):
+            raise UserError(f"stepping must be Stepping(step), not {self.stepping!r}.")
+        fitted = (self.fitted,) if isinstance(self.fitted, str) else tuple(self.fitted or ())
+        object.__setattr__(self, "fitted", fitted)
         _require_expansions(self.terms, self.kinematics)  # makes the terms: options that do not fit are refused here
+        if self.branch != MINIMUM:
+            _require_loads_that_grow(self.terms)
 
     def __getstate__(self) -> dict[str, object]:
         """Without the terms, which hold compiled kernels and are made again."""
@@ -86,9 +91,8 @@ class Model:
         A load case that has no equilibrium says so in its status and never raises.
         """
         model, candidates = self.candidates(stiffness, axes=1)
-        groups = model.groups(cases)
-        batch = model._solve(groups, candidates, cases, tolerance)
-        return Solution(batch, candidates[0, : self.lattice.spring_count], model.terms.rows(candidates)[0], groups)
+        batch = model._solve(model.groups(cases), candidates, cases, tolerance)
+        return Solution(batch, candidates[0, : self.lattice.spring_count], model.terms.rows(candidates)[0])
 
     def solve_many(
         self, stiffness: ArrayLike | Parameters, cases: Sequence[LoadCase], tolerance: float = TOLERANCE
@@ -109,8 +113,14 @@ class Model:
         return self, self._checked(np.atleast_2d(candidates), candidates.ndim, axes)
 
     def fitting(self, given: Parameters) -> "Model":
-        """The model whose candidates differ in the parameters that are named here."""
-        return self if self.fitted == given.names else replace(self, fitted=given.names)
+        """The model whose candidates differ in the parameters that are named here; refuses numbers that do not fit."""
+        model = self if self.fitted == given.names else replace(self, fitted=given.names)
+        leading = given.stiffness.shape[:-1]
+        require_shape("stiffness", given.stiffness, (*leading, self.lattice.spring_count))
+        for name, value in given.values.items():
+            require_shape(name, np.asarray(value), (*leading, model.terms.count(name)))
+            model.terms.require_allowed(name, np.asarray(value))
+        return model
 
     def _checked(self, candidates: Floats, ndim: int, axes: int) -> Floats:
         springs = self.lattice.spring_count
@@ -119,6 +129,7 @@ class Model:
         if ndim != axes or width not in (springs, wide):
             require_shape("stiffness", candidates if ndim == 2 else candidates[0], ("m", springs)[-axes:])
         require_nonnegative("stiffness", candidates[:, :springs])
+        require_finite("parameters", candidates[:, springs:])
         return candidates
 
     def find(self, groups: Sequence[Group], candidates: Floats, tolerance: float) -> Equilibria | Motions:
@@ -162,10 +173,11 @@ class Model:
                     f"Load case {case.name!r} has forces of shape {case.forces.shape}, "
                     f"but the lattice has nodes of shape {self.lattice.nodes.shape}."
                 )
-        self._require_what_times_need(cases)
+        self.require_what_times_need(cases)
         return group_by_supports(self.terms, cases, kinematics=self.kinematics, engine=self.engine)
 
-    def _require_what_times_need(self, cases: Sequence[LoadCase]) -> None:
+    def require_what_times_need(self, cases: Sequence[LoadCase]) -> None:
+        """Refuses load cases with times that this model can't follow, or not beside each other."""
         counts = {0 if case.times is None else len(case.times) for case in cases}
         if counts == {0}:
             return
@@ -191,6 +203,17 @@ class Model:
     ) -> "Batch":
         require_positive("tolerance", float(floats("tolerance", tolerance)))
         return Batch(self.find(groups, candidates, tolerance), candidates, self.terms, cases)
+
+
+def _require_loads_that_grow(terms: Terms) -> None:
+    """Load steps scale loads; what is a load until it is fitted would be there from the first one on."""
+    for term in terms.terms:
+        is_load = term.effect.constant_forces(terms.lattice) is not None
+        if term.potential is not None and is_load:
+            raise UserError(
+                f"the branch 'followed' grows loads from nothing, and {term.name} is none where its parameters are "
+                "fitted; choose branch = 'minimum', or state them."
+            )
 
 
 def _require_expansions(terms: Terms, kinematics: str) -> None:
@@ -258,13 +281,13 @@ class Batch:
     def _energies_in_motion(self) -> Floats:
         rows = self.terms.rows(self.candidates)
         masses = self.terms.masses(rows[:, self.lattice.spring_count :])
-        plan = make_plan(self.terms, np.zeros(self.lattice.nodes.shape, dtype=np.bool_))
-        work, weight = Workspace.of(plan), self.terms.constant_forces
-        forces = np.array([case.forces + weight for case in self.cases])
+        # With the supports of each load case, since a node that is held is not in contact.
+        works = [Workspace.of(make_plan(self.terms, case.supports)) for case in self.cases]
+        forces = np.array([case.forces + self.terms.constant_forces for case in self.cases])
         kinetic = 0.5 * np.einsum("mn,mctnd->mct", masses, self.velocities**2)
         potential = -np.einsum("cnd,mctnd->mct", forces, self.positions)
         for candidate, row in enumerate(rows):
-            for case in range(len(self.cases)):
+            for case, work in enumerate(works):
                 states = self.displacements[candidate, case].reshape(-1, self.lattice.nodes.size)
                 potential[candidate, case] += work.energies(row, states)
         return kinetic + potential
@@ -282,7 +305,6 @@ class Solution:
     batch: Batch
     stiffness: Floats = field(repr=False)
     row: Floats = field(repr=False)  #: the stiffness, and the parameters of all effects, shape (s + p,)
-    groups: tuple[Group, ...] = field(repr=False)
 
     @property
     def displacements(self) -> Floats:
@@ -318,17 +340,18 @@ class Solution:
     def zero_modes(self) -> list[Floats]:
         """For each load case that is underdetermined, its modes without stiffness, orthonormal, shape (modes, n, d)."""
         modes = [np.zeros((0, *self.batch.lattice.nodes.shape)) for _ in self.batch.cases]
-        for group in self.groups:
-            for number in group.cases:
-                if self.status[number] == Status.UNDERDETERMINED:
-                    modes[number] = _zero_modes(group, self.row, self.displacements[number].ravel())
+        for number, case in enumerate(self.batch.cases):
+            if self.status[number] == Status.UNDERDETERMINED:
+                # A plan of its own: one that was sent here has addresses of kernels in another process.
+                plan = make_plan(self.batch.terms, case.supports)
+                modes[number] = _zero_modes(plan, self.row, self.displacements[number].ravel())
         return modes
 
 
-def _zero_modes(group: Group, row: Floats, displacements: Floats) -> Floats:
-    nodes = group.plan.nodes
-    free = np.setdiff1d(np.arange(nodes.size), group.plan.supported)
-    tangent = tangents(group.plan, row, displacements[None])[0][np.ix_(free, free)]
+def _zero_modes(plan: Plan, row: Floats, displacements: Floats) -> Floats:
+    nodes = plan.nodes
+    free = np.setdiff1d(np.arange(nodes.size), plan.supported)
+    tangent = tangents(plan, row, displacements[None])[0][np.ix_(free, free)]
     values, vectors = np.linalg.eigh(tangent)
     is_zero = np.abs(values) <= 1e-10 * max(np.abs(values).max(initial=0.0), np.finfo(float).tiny)
     modes = np.zeros((np.count_nonzero(is_zero), nodes.size))

@@ -71,6 +71,7 @@ class Objective:
     reference: Reference | None = None  #: what gave the positions, for those that learn from its material, too
 
     def __post_init__(self) -> None:
+        self.model.require_what_times_need(self.cases)
         times = [() if case.times is None else (len(case.times),) for case in self.cases[:1]]
         shape = (len(self.cases), *(times[0] if times else ()), *self.model.lattice.nodes.shape)
         reference = require_shape("reference_positions", floats("reference_positions", self.reference_positions), shape)
@@ -92,6 +93,10 @@ class Objective:
         require_positive("tolerance", self.tolerance)
         cap = self._default_cap() if self.cost_cap is None else self.cost_cap
         object.__setattr__(self, "cost_cap", float(require_positive("cost_cap", cap)))
+
+    def __getstate__(self) -> dict[str, object]:
+        """Without the groups, which hold addresses of kernels in this process and are made again."""
+        return {name: value for name, value in self.__dict__.items() if name != "_groups"}
 
     def evaluate(self, stiffness: ArrayLike | Parameters) -> Evaluation:
         """The values of many candidates (m, s), or `Parameters` of many.
@@ -141,11 +146,13 @@ class Objective:
         model = self.model.fitting(given)
         return self if model is self.model else replace(self, model=model)
 
-    def residuals(self, stiffness: ArrayLike) -> Floats:
+    def residuals(self, stiffness: ArrayLike | Parameters) -> Floats:
         """The weighted coordinate differences (r,), whatever the misfit; half their squares' sum is the least squares.
 
         Flat from (training load cases, n, d). Raises NoEquilibrium.
         """
+        if isinstance(stiffness, Parameters):
+            return self.fitting(stiffness).residuals(stiffness.rows()[0])
         _, equilibria = self._equilibrium(stiffness)
         return (self._differences(equilibria)[0] * self._root_weights).ravel()
 
@@ -156,8 +163,13 @@ class Objective:
         differences = np.divide(weighted, roots, out=np.zeros_like(weighted), where=roots > 0)
         return self._total(differences)
 
-    def jacobian(self, stiffness: ArrayLike) -> tuple[Floats, Floats]:
-        """The residuals (r,) and their derivatives (r, s) with respect to the stiffness; raises NoEquilibrium."""
+    def jacobian(self, stiffness: ArrayLike | Parameters) -> tuple[Floats, Floats]:
+        """The residuals (r,) and their derivatives (r, s) with respect to the stiffness; raises NoEquilibrium.
+
+        Of `Parameters` (r, s + f), as their rows have it.
+        """
+        if isinstance(stiffness, Parameters):
+            return self.fitting(stiffness).jacobian(stiffness.rows()[0])
         candidate, equilibria = self._equilibrium(stiffness)
         differences = self._differences(equilibria)[0]
         derivatives = self._linearize(candidate, equilibria).jacobian()
@@ -166,7 +178,7 @@ class Objective:
         by_row = derivatives.reshape(-1, derivatives.shape[-1])
         return (differences * weights).ravel(), by_row[:, self._columns(len(candidate))]
 
-    def linearize(self, stiffness: ArrayLike) -> tuple[Floats, LinearOperator]:
+    def linearize(self, stiffness: ArrayLike | Parameters) -> tuple[Floats, LinearOperator]:
         """The residuals (r,) and their derivative as an operator (r, s), for Jacobians that are too large to store.
 
         Each product, also with the transpose, takes one solve for each load case, by factors that are made once.
@@ -174,6 +186,8 @@ class Objective:
         """
         from scipy.sparse.linalg import LinearOperator
 
+        if isinstance(stiffness, Parameters):
+            return self.fitting(stiffness).linearize(stiffness.rows()[0])
         candidate, equilibria = self._equilibrium(stiffness)
         derivatives, roots = self._linearize(candidate, equilibria), self._root_weights[:, 0]
         residuals = (self._differences(equilibria)[0] * self._root_weights).ravel()

@@ -22,6 +22,8 @@ class Parameters:
         stiffness = floats("stiffness", self.stiffness)
         if stiffness.ndim not in (1, 2):
             raise UserError(f"stiffness must have the shape (s,) or (m, s), not {stiffness.shape}.")
+        if not isinstance(self.values, Mapping):
+            raise UserError(f"values must be a dictionary from names of parameters, not {type(self.values).__name__}.")
         object.__setattr__(self, "stiffness", stiffness)
         object.__setattr__(self, "values", {name: self._checked(name, value) for name, value in self.values.items()})
 

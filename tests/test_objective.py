@@ -1,5 +1,7 @@
 """The objective: values, gradients against differences, and candidates without an equilibrium."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -141,3 +143,10 @@ def test_a_value_has_the_same_bits_in_any_batch():
 def test_values_are_cut_down_to_the_cap():
     goal = objective(cost_cap=0.01)
     assert goal.evaluate(STIFFNESS[None]).values[0] == 0.01
+
+
+def test_load_cases_with_and_without_times_are_refused_beside_each_other():
+    model = so.Model(GRID, so.Inertia(1.0), stepping=so.Stepping(0.1))
+    moving = replace(CASES[0], times=[1.0])
+    with pytest.raises(so.UserError, match="have equally many times, or none of them has any"):
+        so.Objective(model, [CASES[2], moving], np.stack([GRID.nodes] * 2))

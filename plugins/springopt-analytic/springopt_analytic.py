@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations, combinations_with_replacement, permutations
 from math import factorial, prod
 from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, cast
@@ -245,7 +245,8 @@ def _estimated_young(name: str, objective: Objective, unit: Floats) -> float:
     training = [number for number, case in enumerate(objective.cases) if case.role == "train"]
     positions = objective.reference_positions[training]
     moves = np.where([objective.cases[number].supports for number in training], 0.0, positions - model.lattice.nodes)
-    loads = [objective.cases[number].forces + model.constant_forces() for number in training]
+    stated = replace(model, fitted=())  # where masses are fitted their weight is no constant force
+    loads = [objective.cases[number].forces + stated.constant_forces() for number in training]
     i, j = model.lattice.springs.T
     done = float((np.array(loads) * moves).sum())
     pulls = unit[:, None] * model.forces_per_stiffness(positions)

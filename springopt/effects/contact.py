@@ -54,7 +54,7 @@ class PlaneContact(Effect):
             raise UserError("normal must point to the free side of the plane, but it is 0; give it a direction.")
         parts = (lattice.nodes[nodes] - point) * (normal / length)
         gaps = _meant(parts.sum(axis=1), np.abs(parts).sum(axis=1))
-        return _contact(_plane_kernel(), nodes, np.concatenate([normal / length, gaps]))
+        return _contact(_plane_kernels(), nodes, np.concatenate([normal / length, gaps]))
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ class SphereContact(Effect):
         lengths = np.linalg.norm(arms, axis=1)
         gaps = _meant(lengths - radius, lengths + radius)
         table = np.column_stack([arms, lengths, gaps]).ravel()
-        return _contact(_sphere_kernel(), nodes, np.concatenate([[radius, -1.0 if self.inside else 1.0], table]))
+        return _contact(_sphere_kernels(), nodes, np.concatenate([[radius, -1.0 if self.inside else 1.0], table]))
 
 
 def _stiffness(stiffness: float) -> dict[str, Floats]:
@@ -113,17 +113,19 @@ def _meant(gaps: Floats, sizes: Floats) -> Floats:
     return np.where(np.abs(gaps) <= ROUNDING * sizes, 0.0, gaps)
 
 
-def _contact(function: Any, nodes: Integers, numbers: Floats) -> Kernel:
-    return Kernel(function, nodes[:, None].repeat(2, axis=1), np.concatenate([[len(nodes)], nodes]), numbers)
+def _contact(functions: tuple[Any, Any], nodes: Integers, numbers: Floats) -> Kernel:
+    at_state, between = functions
+    pairs, integers = nodes[:, None].repeat(2, axis=1), np.concatenate([[len(nodes)], nodes])
+    return Kernel(at_state, pairs, integers, numbers, between=between)
 
 
-def _plane_kernel() -> Any:
-    from springopt.effects.contact_kernel import add_plane
+def _plane_kernels() -> tuple[Any, Any]:
+    from springopt.effects.contact_kernel import add_plane, add_plane_between
 
-    return add_plane
+    return add_plane, add_plane_between
 
 
-def _sphere_kernel() -> Any:
-    from springopt.effects.contact_kernel import add_sphere
+def _sphere_kernels() -> tuple[Any, Any]:
+    from springopt.effects.contact_kernel import add_sphere, add_sphere_between
 
-    return add_sphere
+    return add_sphere, add_sphere_between

@@ -19,7 +19,7 @@ tangent the block of each pair of nodes goes that the effect declared: `blocks.a
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -59,6 +59,14 @@ class Kernel:
     integers: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     numbers: Floats = field(default_factory=lambda: np.zeros(0))
     is_compiled: bool = True  #: False where Python is called back, which is slow
+    #: Of a potential: the discrete gradient on the way from one state, in place of the velocities, to another, the
+    #: displacements, as a function of its own: forces whose work is the energy's change, to rounding, and their
+    #: derivatives by the displacements. Without one, motion takes the mean of the kernel at two points of the way.
+    between: Any = None
+
+    def on_the_way(self) -> "Kernel":
+        """The kernel of the discrete gradient."""
+        return replace(self, function=self.between, between=None)
 
     def raise_failure(self) -> None:
         """Raise, once, the first error inside a kernel that is Python: its compiled callers can't let it through."""

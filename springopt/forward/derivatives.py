@@ -31,13 +31,17 @@ class Linearization:
     groups: Sequence[Group]
     factors: Sequence[Factors]  #: of each group
     pulls: Floats  #: of the springs per stiffness, shape (c, s, d)
-    by_parameters: Floats  #: derivatives of the internal forces by the columns behind the stiffness, shape (c, p, n d)
+    #: Derivatives of the internal forces by the columns behind the stiffness, shape (c, p, n d); 0 where they are not
+    #: fitted, and (c, 0, n d) where none is.
+    by_parameters: Floats
 
     def along(self, change: Floats) -> Floats:
         """The derivative of the displacements along a change (s + p,) of the row, shape (c, n d)."""
         plan = self.groups[0].plan
         springs, values = np.split(change, [len(plan.ends)])
-        loads = forces_at_nodes(plan.ends, self.pulls, springs, len(plan.nodes)) - values @ self.by_parameters
+        loads = forces_at_nodes(plan.ends, self.pulls, springs, len(plan.nodes))
+        if self.by_parameters.shape[1]:
+            loads -= values @ self.by_parameters
         return self._solve(loads[:, None])[:, 0]
 
     def against(self, loads: Floats) -> Floats:
@@ -106,9 +110,11 @@ def _pulls_of_laws(terms: Terms, values: Floats, displacements: Floats, *, is_li
 def _by_parameters(
     terms: Terms, stiffness: Floats, values: Floats, displacements: Floats, *, is_linear: bool
 ) -> Floats:
-    """Derivatives of the internal forces by all columns behind the stiffness, shape (c, p, n d)."""
-    derivatives = np.zeros((len(displacements), len(values), displacements.shape[1]))
+    """Derivatives of the internal forces by the columns behind the stiffness, see `Linearization`."""
+    derivatives = np.zeros((len(displacements), len(values) if terms.fitted else 0, displacements.shape[1]))
     for term, kernel in terms.potentials:
+        if not terms.fitted_of(term):
+            continue
         for case, u in enumerate(displacements):
             derivatives[case, term.columns] = force_derivatives(
                 term.effect,

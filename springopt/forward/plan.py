@@ -22,6 +22,7 @@ class Calls(NamedTuple):
     """The kernels that the loop calls, and what each of them reads, one behind the other."""
 
     addresses: NDArray[np.int64]  # (e,)
+    betweens: NDArray[np.int64]  # (e,), those of discrete gradients, 0 where there is none
     expands: NDArray[np.bool_]  # (e,), whether small displacements may take its expansion at rest
     begins: NDArray[np.int64]  # (e, 4), where the integers, numbers, values and places of each begin
     integers: NDArray[np.int64]
@@ -100,8 +101,23 @@ def without_effects(plan: Plan) -> Plan:
 def as_at_rest(plan: Plan) -> Plan:
     """With those potentials alone that have an expansion at rest: what may stand for all of a motion or a load."""
     calls = plan.potentials
-    kept = calls._replace(addresses=calls.addresses[calls.expands], begins=calls.begins[calls.expands])
-    return plan._replace(potentials=kept)
+    return plan._replace(potentials=_some(calls, calls.expands, calls.addresses))
+
+
+def _some(calls: Calls, which: NDArray[np.bool_], addresses: NDArray[np.int64]) -> Calls:
+    """Some of the calls, at these addresses (e,)."""
+    kept = calls.betweens[which], calls.expands[which], calls.begins[which]
+    return calls._replace(addresses=addresses[which], betweens=kept[0], expands=kept[1], begins=kept[2])
+
+
+def ways_of(plan: Plan, *, is_midpoint: bool) -> tuple[Calls, Calls]:
+    """The potentials that a step in time calls at single states, and those that bring their discrete gradient.
+
+    Only where forces are taken on the way of the step, `is_midpoint`, are there any of the second kind.
+    """
+    calls = plan.potentials
+    has_own = (calls.betweens != 0) & is_midpoint
+    return _some(calls, ~has_own, calls.addresses), _some(calls, has_own, calls.betweens)
 
 
 def _coupled_blocks(pairs: NDArray[np.int64], block_of: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -133,6 +149,7 @@ def _make_calls(
     begins[:, 2] = [term.first for term, _ in terms]
     return Calls(
         addresses=np.array([kernel.function.address for _, kernel in terms], dtype=np.int64),
+        betweens=np.array([kernel.between.address if kernel.between else 0 for _, kernel in terms], dtype=np.int64),
         expands=np.array([term.effect.has_expansion_at_rest for term, _ in terms], dtype=np.bool_),
         begins=np.ascontiguousarray(begins),
         integers=np.concatenate([np.zeros(0, dtype=np.int64), *(k.integers for _, k in terms)]),

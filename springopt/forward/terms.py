@@ -7,6 +7,7 @@ or masses, fitted or not. So candidates may differ in any of them, and kernels f
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -144,6 +145,19 @@ class Terms:
                 total += mass
         return total
 
+    def require_allowed(self, name: str, value: Floats) -> None:
+        """Refuses a value (k,) of a parameter that its effect would refuse as that of its option of this name."""
+        of, own = name.split(".", 1)
+        term = next(term for term in self.terms if term.name == of)
+        stated: Any = getattr(term.effect, own, None)
+        shape = np.shape(stated)
+        if _refusal(term.effect, own, np.full(shape, term.parameters[own].flat[0]), self.lattice):
+            return  # another option stands for it
+        for extreme in {float(value.min()), float(value.max())}:
+            refusal = _refusal(term.effect, own, np.full(shape, extreme), self.lattice)
+            if refusal:
+                raise UserError(f"{name} is {extreme:g}, and {refusal}")
+
     @staticmethod
     def values(term: Term, row: Floats) -> dict[str, Floats]:
         """The parameters of one term in the columns (..., p) behind the stiffness."""
@@ -158,6 +172,15 @@ def _own(name: str, fitted: Sequence[str]) -> frozenset[str]:
     return frozenset(parameter.split(".", 1)[1] for parameter in fitted if parameter.split(".", 1)[0] == name)
 
 
+def _refusal(effect: Effect, option: str, value: Floats, lattice: SpringLattice) -> str:
+    """What an effect says of a value of its option; nothing where it takes it."""
+    try:
+        replace(effect, **{option: value}).parameters(lattice)
+    except (UserError, TypeError) as error:  # it has no option of this name
+        return str(error)
+    return ""
+
+
 def _names(effects: Sequence[Effect]) -> Iterable[str]:
     """ "contact", and for the second one "contact-2"."""
     seen: dict[str, int] = {}
@@ -169,6 +192,8 @@ def _names(effects: Sequence[Effect]) -> Iterable[str]:
 
 def _require_known(fitted: Sequence[str], known: set[str]) -> None:
     for name in fitted:
+        if not isinstance(name, str):
+            raise UserError(f"fitted parameters are named as 'volume.modulus', not by {name!r}.")
         if name not in known:
             names = ", ".join(sorted(known)) or "none"
             raise UserError(

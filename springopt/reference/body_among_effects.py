@@ -10,6 +10,7 @@ from scipy.sparse import coo_matrix, csc_matrix
 from springopt.checks import Floats
 from springopt.effects.effect import Effect, Kernel
 from springopt.effects.probe import Probe, probe
+from springopt.errors import UserError
 from springopt.lattice import SpringLattice
 
 
@@ -53,10 +54,12 @@ class BodyAmongEffects:
 
     @classmethod
     def of(cls, body: Body, lattice: SpringLattice, effects: Sequence[Effect]) -> Self:
+        """Laws of springs are left out; refuses other potentials that do not act from outside."""
         potentials = []
         for effect in effects:
-            kernel = effect.potential(lattice)
+            kernel = None if effect.scales_with_stiffness else effect.potential(lattice)
             if kernel is not None:
+                _require_outside(effect)
                 potentials.append((kernel, np.concatenate([np.zeros(0), *effect.parameters(lattice).values()])))
         return cls(body, lattice, potentials)
 
@@ -83,6 +86,14 @@ class BodyAmongEffects:
     def _probe(self, kernel: Kernel, values: Floats, displacements: Floats) -> Probe:
         nothing = np.zeros(self.lattice.spring_count)
         return probe(kernel, self.lattice, displacements.reshape(1, -1), stiffness=nothing, values=values)
+
+
+def _require_outside(effect: Effect) -> None:
+    if not effect.acts_from_outside:
+        raise UserError(
+            f"{effect.name or type(effect).__name__} is a part of a lattice, and would make a finite element body "
+            "another one; leave it out, or say acts_from_outside = True in an effect of your own."
+        )
 
 
 def _matrix(kernel: Kernel, blocks: Floats, size: int) -> csc_matrix:

@@ -71,7 +71,7 @@ class FemReference:
         self._check_options()
         object.__setattr__(self, "effects", checked_effects(self.effects))
         object.__setattr__(self, "_lattice", lattice)
-        object.__setattr__(self, "_effect_forces", body_forces(lattice, self.effects))
+        object.__setattr__(self, "_effect_forces", body_forces(lattice, self.effects, float(self.thickness)))
 
     def deform(self, case: LoadCase) -> Floats:
         """Positions under the load case [length], shape (n, d), or (t, n, d) where it has times.

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Literal
 
+import numpy as np
 from pydantic import BeforeValidator, Discriminator, Field
 
 from springopt.encoding import ENCODINGS, Encoding, Fitted, WithParameters
-from springopt.errors import SceneError
+from springopt.errors import SceneError, UserError
 from springopt.lattice import SpringLattice
 from springopt.scene.table import FittingTable, Numbers, Table
 
@@ -82,6 +83,11 @@ def _fitted(table: ParameterTable, model: Model) -> Fitted:
     if len(set(counts.values())) > 1:
         said = ", ".join(f"{name} has {count}" for name, count in counts.items())
         raise SceneError(f"parameters with one value should have as many numbers each, but {said}; name them apart.")
+    for name in table.name:
+        try:
+            model.terms.require_allowed(name, np.array([table.lower, table.upper]))
+        except UserError as error:
+            raise SceneError(f"the bounds of {name} are [{table.lower:g}, {table.upper:g}], but {error}") from None
     return Fitted(tuple(table.name), counts[table.name[0]], table.lower, table.upper)
 
 

@@ -28,6 +28,8 @@ def explain(error: ValidationError, root: type[Table]) -> list[str]:
 
 def _sentence(finding: Mapping[str, Any], root: type[Table]) -> str:
     steps, tables = _walk(finding["loc"], root)
+    if not steps:  # a fault of the scene as a whole
+        return str(finding["msg"])
     path, key, context = _path(steps), finding["loc"][-1], finding.get("ctx", {})
     match finding["type"]:
         case "fault":

@@ -135,6 +135,42 @@ def test_simulate_of_a_run_repeats_its_errors(springopt) -> None:
     assert np.array(cases[0]["positions"]).shape == (25, 2)
 
 
+SMALL = """
+title = "Small"
+effects = [{ kind = "gravity", acceleration = [0.0, -0.1] }, { kind = "inertia", mass = 1.0 }]
+lattice = { grid = [3, 3], neighbourhood = "moore" }
+reference = { kind = "spring", stiffness = 1.0 }
+encoding = { kind = "real", upper = 2.0, parameters = [{ name = "gravity.mass", lower = 0.1, upper = 5.0 }] }
+load_cases.train = [{ name = "a", hold = "left", push = { on = "right", total = [0.3, 0.0] } }]
+"""
+MOTION = SMALL + "load_cases.times = [0.2, 0.5]\nstepping = { step = 0.1 }\n"
+
+
+@pytest.mark.parametrize("text", [SMALL, MOTION], ids=["at rest", "in motion"])
+def test_a_run_with_fitted_parameters_is_shown_simulated_and_drawn_with_them(springopt, text: str) -> None:
+    Path("mine.toml").write_text(text)
+    solve = ("solve", "mine.toml", *SOLVE[1:], "--out", "mine.h5")
+    run = json.loads(springopt(*solve, "--json").out)
+    cases = json.loads(springopt("simulate", "mine.h5", "--json").out)["load_cases"]
+    assert [case["distance"] for case in cases] == [error["distance"] for error in run["errors"]]
+    assert len(json.loads(springopt("simulate", "mine.h5", "--json").out)["stiffness"]) == 20
+    assert springopt("simulate", "mine.h5", "--figure", "here.svg").code == 0
+    code, out, _ = springopt("show", "mine.h5", "--figure", "there.svg")
+    assert (code, "gravity.mass" in out, f"{run['parameters']['gravity.mass'][0]:.6g}" in out) == (0, True, True)
+
+
+@pytest.mark.parametrize("command", ["floor", "identify"])
+def test_bounds_that_an_effect_would_refuse_are_refused(springopt, command: str) -> None:
+    Path("mine.toml").write_text(SMALL.replace("lower = 0.1", "lower = -0.1"))
+    code, _, err = springopt(command, "mine.toml")
+    assert (code, "the bounds of gravity.mass are [-0.1, 5], but gravity.mass is -0.1" in err) == (2, True)
+
+
+def test_the_floor_of_a_scene_with_parameters_is_at_the_reference(springopt) -> None:
+    Path("mine.toml").write_text(SMALL)
+    assert "floor 0 (distance), proven" in springopt("floor", "mine.toml").out
+
+
 @pytest.mark.parametrize("ending", ["npy", "csv", "txt", "json"])
 def test_stiffness_is_read_from_a_file(springopt, ending: str) -> None:
     stiffness = np.linspace(1.0, 8.0, 72)

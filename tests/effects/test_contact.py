@@ -150,6 +150,19 @@ def test_held_nodes_are_not_in_contact_and_others_may_be_left_out():
     assert held.energy[0] == pytest.approx(free.energy[0], rel=1e-9)
 
 
+def test_held_nodes_are_not_in_contact_in_motion_either():
+    left = so.side(GRID, "left")
+    case = so.LoadCase("pull", left, np.where(so.side(GRID, "right")[:, None], [0.1, -0.05], 0.0), times=[0.5, 1.0])
+    ground = so.PlaneContact(100.0, point=(0, 9.0), normal=(0, 1), nodes=np.flatnonzero(left))
+    energies = [
+        so.Model(GRID, [so.Inertia(1.0), *contact], stepping=so.Stepping(0.1))
+        .solve(np.full(GRID.spring_count, 4.0), [case])
+        .energy
+        for contact in ([], [ground])
+    ]
+    np.testing.assert_allclose(energies[1], energies[0], rtol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("effect", "message"),
     [

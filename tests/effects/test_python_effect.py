@@ -146,3 +146,23 @@ def test_a_kernel_survives_being_sent_away():
     kernel = pickle.loads(pickle.dumps(Ground(2.0).potential(GRID)))
     found = probe(kernel, GRID, np.ones((1, 40)), stiffness=np.ones(GRID.spring_count), values=np.array([2.0]))
     assert found.energy[0] == pytest.approx(20.0)
+
+
+def test_an_objective_is_sent_away_without_addresses_of_kernels():
+    """They mean nothing in another process, and calling them would end it."""
+    stiffness = np.full(GRID.spring_count, 3.0)
+    positions = so.Model(GRID).solve(stiffness, cases()).positions
+    goal = so.Objective(so.Model(GRID, Ground(2.0)), cases(), positions)
+    value = goal.evaluate(stiffness[None]).values
+    copy = pickle.loads(pickle.dumps(goal))
+    assert "_groups" not in vars(copy)
+    assert copy.evaluate(stiffness[None]).values == value
+
+
+def test_a_solution_is_sent_away_without_addresses_of_kernels():
+    loose = so.SpringLattice([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]], [[0, 1]])
+    case = so.LoadCase("rest", [True, False, False], np.zeros((3, 2)))
+    solution = so.Model(loose, Ground(0.0)).solve([1.0], [case])
+    copy = pickle.loads(pickle.dumps(solution))
+    assert len(copy.zero_modes[0]) == len(solution.zero_modes[0]) == 3
+    assert not hasattr(copy, "groups")

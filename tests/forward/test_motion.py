@@ -111,6 +111,53 @@ def test_energy_with_effects_is_kept_as_far_as_two_points_tell(effect, kept):
     assert fine < max(coarse / 8, 1e-9)
 
 
+@pytest.mark.parametrize("stiffness", [1e3, 1e6])
+@pytest.mark.parametrize("lattice", [GRID, CUBE], ids=["2D", "3D"])
+def test_energy_is_kept_in_impacts_that_steps_do_not_resolve(lattice, stiffness):
+    """A body is dropped on a plane and beside a ball."""
+    down = np.zeros(lattice.dimension)
+    down[-1] = -1.0
+    ball = so.SphereContact(stiffness, [0.4] * (lattice.dimension - 1) + [-1.0], 0.9)
+    plane = so.PlaneContact(stiffness, 0.3 * down, -down)
+    effects = [so.Inertia(mass=1.0), so.Gravity(down), plane, ball]
+    case = so.LoadCase("drop", np.zeros(lattice.nodes.shape, bool), 0.0 * lattice.nodes, times=np.arange(1, 41) * 0.1)
+    model = so.Model(lattice, effects, stepping=so.Stepping(0.01))
+    solution = model.solve(np.full(lattice.spring_count, 30.0), [case], 1e-10)
+    assert solution.status[0] is Status.CONVERGED
+    assert np.abs(solution.velocities[0, -1]).max() > 0.1
+    at_rest = -sum(effects[1].constant_forces(lattice).ravel() * lattice.nodes.ravel())
+    np.testing.assert_allclose(solution.energy[0], at_rest, atol=1e-6)
+
+
+@pytest.mark.parametrize("stiffness", [1e4, 1e6, 1e8])
+def test_the_l_stable_integrator_never_gains_in_impacts(stiffness):
+    pair = so.SpringLattice(np.array([[0.0, 0.0], [1.0, 0.0]]), np.array([[0, 1]]))
+    effects = [so.Inertia(mass=1.0), so.Gravity((0.0, -10.0)), so.PlaneContact(stiffness, (0.0, -0.2), (0.0, 1.0))]
+    case = so.LoadCase("drop", np.zeros((2, 2), bool), np.zeros((2, 2)), times=np.arange(1, 121) * 0.01)
+    solution = so.Model(pair, effects, stepping=so.Stepping(0.01, "l-stable")).solve([1.0], [case])
+    assert solution.status[0] is Status.CONVERGED
+    assert solution.energy.max() < 0.05  # of 4 that the fall makes
+    assert solution.displacements[0, 30:, :, 1].max() < 0.005
+
+
+@every_integrator
+def test_engines_agree_in_contact(integrator):
+    effects = [
+        so.Inertia(density=1.0),
+        so.Gravity((0, 0, -1.0), mass=0.2),
+        so.PlaneContact(300.0, (0, 0, -0.05), (0, 0, 1)),
+    ]
+    case = replace(pulled(CUBE, [0.3, 1.0, 2.0]), forces=0.0 * CUBE.nodes)
+    answers = [
+        so.Model(CUBE, effects, stepping=so.Stepping(0.02, integrator), engine=name).solve(
+            np.full(CUBE.spring_count, 3.0), [case], 1e-10
+        )
+        for name in ("lanes", "sparse")
+    ]
+    assert all(answer.status[0] is Status.CONVERGED for answer in answers)
+    np.testing.assert_allclose(answers[0].positions, answers[1].positions, atol=1e-7)
+
+
 @pytest.mark.parametrize("lattice", [GRID, CUBE], ids=["2D", "3D"])
 def test_momentum_is_kept_in_free_flight(lattice):
     """Loads in balance wring the body; the centre stays, and angular momentum grows by their torque alone."""

@@ -5,6 +5,8 @@ import pytest
 
 from springopt.effects.effect import Effect
 from springopt.effects.gravity import Gravity
+from springopt.effects.tension_only import TensionOnly
+from springopt.effects.volume import Volume
 from springopt.errors import UserError
 from springopt.lattice import SpringLattice, side
 from springopt.load_case import LoadCase
@@ -86,3 +88,16 @@ def test_effects_add_up_and_one_without_forces_changes_nothing():
 def test_what_is_no_effect_is_refused():
     with pytest.raises(UserError, match="effects must be a list of Effect, not str"):
         FemReference(SpringLattice.grid((3, 3)), young=1.0, poisson=0.3, effects=["gravity"])
+
+
+@pytest.mark.parametrize("law", ["linear", "neo-hookean"])
+def test_what_is_part_of_a_lattice_is_refused_and_laws_of_its_springs_are_left_out(law):
+    lattice = SpringLattice.grid((3, 3))
+    case = LoadCase("pull", side(lattice, "left"), np.where(side(lattice, "right")[:, None], [0.01, 0.0], 0.0))
+
+    def deformed(*effects):
+        return FemReference(lattice, young=1.0, poisson=0.3, law=law, effects=effects).deform(case)
+
+    with pytest.raises(UserError, match="volume is a part of a lattice"):
+        deformed(Volume(1.0))
+    np.testing.assert_array_equal(deformed(TensionOnly()), deformed())

@@ -225,6 +225,8 @@ def test_a_bad_load_case_is_refused_with_its_path(tmp_path: Path, case: str, sen
         ("budget = { evaluations = true }", "budget.evaluations should be a valid integer, but is True."),
         ("effects = [{ kind = 'gravity', acceleration = [0, 0, -9.81] }]", "effects[0]: acceleration must have"),
         ("optimizers = { paper-ga = 3 }", "optimizers.paper-ga should be"),
+        ("stepping = { step = 0.1 }", "has [stepping], but its load cases have no times"),
+        ("load_cases = { times = [1.0] }", "has load cases with times, but no [stepping]"),
         ("load_cases = { train = [] }", "load_cases.train should have 1 or more entries, but has 0."),
         (
             "load_cases = { test = [{ name = 'pull right', hold = 'left' }] }",

@@ -4,7 +4,18 @@ import numpy as np
 import pytest
 from springopt_analytic import Analytic, MacielAngles, MacielConnections, VanGelder
 
-from springopt import Budget, FemReference, LoadCase, Model, Objective, Problem, SpringLattice, SpringReference, side
+from springopt import (
+    Budget,
+    FemReference,
+    Gravity,
+    LoadCase,
+    Model,
+    Objective,
+    Problem,
+    SpringLattice,
+    SpringReference,
+    side,
+)
 from springopt.encoding import Homogeneous, Real, ThreeClass
 from springopt.errors import UserError
 from springopt.runner import solve
@@ -200,3 +211,15 @@ def _mesh(nodes, cells):
     import meshio
 
     return meshio.Mesh(nodes, [("triangle", np.array(cells))])
+
+
+def test_the_weight_counts_as_it_is_stated_where_its_masses_are_fitted():
+    lattice = SpringLattice.grid((4, 4))
+    case, gravity = pulled(lattice), Gravity((0.0, -0.05))
+    reference = SpringReference(Model(lattice, gravity), 5.0)
+    points = []
+    for fitted in ((), ("gravity.mass",)):
+        problem = make_problem(reference, lattice, [case], effects=gravity, fitted=fitted)
+        Analytic().minimize(problem, np.random.default_rng(0))
+        points.append(problem.best_point)
+    np.testing.assert_array_equal(points[0], points[1])

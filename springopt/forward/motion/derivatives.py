@@ -22,6 +22,7 @@ from springopt.forward.status import has_equilibrium
 Floats = NDArray[np.float64]
 
 LARGEST = 1_500  # degrees of freedom: the matrices of a step take 18 MB each
+MOST_ENTRIES = 2.5e8  # of the matrices of all steps of a motion: 2 GB, some three times
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +63,7 @@ class MotionLinearization:
         u, v = np.zeros((2, self.size, changes.shape[1]))
         answers = []
         for stages, h in zip(track.stages, track.steps, strict=True):
-            if len(stages) == 1:
+            if len(stages) == 1:  # speed and acceleration are those of the end, or in its mean
                 end, _, acceleration = stages[0].along(u, v, changes)
                 u, v = end, v + h * acceleration
             else:
@@ -118,6 +119,11 @@ def linearize_motion(
 
 def _track(group: Group, number: int, row: Floats, fitted: Floats, stepping: Stepping, tolerance: float) -> Track:
     times, targets = _every_step(group.times[number], stepping.step)
+    if len(times) * group.plan.nodes.size**2 > MOST_ENTRIES:
+        raise UserError(
+            f"derivatives of a motion of {len(times):,} steps and {group.plan.nodes.size:,} degrees of freedom would "
+            "need gigabytes; take longer steps, or an optimizer that needs values alone."
+        )
     alone = _only(group, number, times)
     motions = move([alone], fitted[None], stepping, tolerance=tolerance)
     if not has_equilibrium(motions.codes[0, 0]):
@@ -125,7 +131,8 @@ def _track(group: Group, number: int, row: Floats, fitted: Floats, stepping: Ste
     u = np.concatenate([group.prescribed[number][None], motions.displacements[0, 0]])
     v = np.concatenate([np.zeros((1, u.shape[1])), motions.velocities[0, 0]])
     steps = np.diff(times, prepend=0.0)
-    stages = stages_of(group, row, u, v, steps, is_midpoint=stepping.integrator == ENERGY_MOMENTUM)
+    is_midpoint = stepping.integrator == ENERGY_MOMENTUM
+    stages = stages_of(group, row, u, v, steps, motions.is_euler[0, 0], is_midpoint=is_midpoint)
     return Track(stages, steps, targets)
 
 

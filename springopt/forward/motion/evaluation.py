@@ -6,10 +6,10 @@ mean over the way there, so that its work is the change of energy: for a spring 
 
     k (elongation before + elongation after) / (length before + length after) x the mean of both vectors,
 
-which is also along the mean vector and so does no work on a rotation (Simo and Tarnow 1992, Gonzalez 1996); for
-effects by two Gauss points (the average vector field method, Quispel and McLaren 2008), exact where energies are
-polynomials of the fourth degree. The tangent is made symmetric: what is lost is of the order of the step, and costs
-Newton's method no more than an iteration.
+which is also along the mean vector and so does no work on a rotation (Simo and Tarnow 1992, Gonzalez 1996); effects
+bring their own discrete gradient, or are taken at two Gauss points (the average vector field method, Quispel and
+McLaren 2008), exact where energies are polynomials of the fourth degree. The tangent is made symmetric: what is lost
+is of the order of the step, and costs Newton's method no more than an iteration.
 """
 
 from typing import Any
@@ -20,7 +20,7 @@ from numba import njit
 from springopt.effects.lanes import absolute, fma, load, maximum, splat, store
 from springopt.effects.springs import COLLAPSED, TINY, add_springs, elongation
 from springopt.forward.evaluation import call_all
-from springopt.forward.motion.state import ENERGY, FORCE_SCALE, RESIDUAL, TO_ACCELERATION, TO_SPEED
+from springopt.forward.motion.state import ENERGY, FORCE_SCALE, POTENTIAL, RESIDUAL, TO_ACCELERATION, TO_SPEED
 
 #: Two Gauss points on the way from before to after.
 GAUSS = 0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0)
@@ -39,20 +39,24 @@ def follow_trial(motion: Any, is_midpoint: bool) -> None:
 
 
 @njit(error_model="numpy")
-def evaluate_motion(plan: Any, motion: Any, is_midpoint: bool) -> None:
-    """Residual, force scale and tangent by the end of the stage, in the envelope."""
+def evaluate_motion(plan: Any, motion: Any, ways: Any, is_midpoint: bool) -> None:
+    """Residual, force scale and tangent by the end of the stage, in the envelope; `ways` as in `plan.ways_of`."""
     d, internal, tangent, zero = plan.dimension, motion.internal, motion.tangent, splat(0.0)
     follow_trial(motion, is_midpoint)
     for row in range(len(tangent)):
         store(tangent, row, zero)
     for row in range(len(internal)):
         store(internal, row, zero)
-    add_effects(plan, motion, tangent, plan.potentials.places, plan.dissipations.places, is_midpoint)
+    store(motion.scalars, ENERGY, zero)
+    places = (plan.potentials.places, plan.dissipations.places)
+    add_effects(plan, motion, ways, tangent, places, is_midpoint)
     if is_midpoint:
         _add_springs_between(plan, motion, tangent)
     else:
-        store(motion.scalars, ENERGY, zero)
+        before = load(motion.scalars, ENERGY)
         add_springs(plan, motion.stiffness, motion.trial, internal, tangent, motion.scalars, motion.delta)
+        springs = load(motion.scalars, ENERGY) - before
+        store(motion.scalars, POTENTIAL, load(motion.scalars, POTENTIAL) + springs)
     balance(plan, motion)
     for block in range(len(plan.first)):
         diagonal = (plan.start[block] + block - plan.first[block]) * d * d
@@ -70,15 +74,15 @@ def evaluate_motion(plan: Any, motion: Any, is_midpoint: bool) -> None:
 
 
 @njit(error_model="numpy")
-def add_effects(
-    plan: Any, motion: Any, tangent: Any, potential_places: Any, dissipation_places: Any, is_midpoint: bool
-) -> None:
+def add_effects(plan: Any, motion: Any, ways: Any, tangent: Any, places: Any, is_midpoint: bool) -> None:
     """Forces and blocks of all effects; what kernels have by speed is brought to displacements."""
+    store(motion.scalars, POTENTIAL, splat(0.0))
     if not len(plan.potentials.addresses) and not len(plan.dissipations.addresses):
         return
+    (averaged, betweens), (potential_places, dissipation_places) = ways, places
     to_speed = load(motion.scalars, TO_SPEED)
     at, speed, internal = motion.at, motion.speed, motion.internal
-    if len(plan.potentials.addresses):
+    if len(averaged.addresses):
         # The mean of two points, each with half of its block by the end of the way.
         share, by_end = (0.5, 0.25) if is_midpoint else (1.0, 1.0)
         for point in range(2 if is_midpoint else 1):
@@ -89,9 +93,7 @@ def add_effects(
                     base = load(motion.base, row)
                     store(at, row, fma(splat(GAUSS[point]), load(motion.trial, row) - base, base))
             blocks = (where, speed, internal, tangent, motion.scalars)
-            call_all(
-                plan.dimension, plan.nodes, plan.potentials, potential_places, motion.stiffness, motion.values, blocks
-            )
+            call_all(plan.dimension, plan.nodes, averaged, potential_places, motion.stiffness, motion.values, blocks)
         for row in range(len(internal)):
             store(internal, row, load(internal, row) * share)
         for row in range(len(tangent)):
@@ -99,6 +101,7 @@ def add_effects(
         if is_midpoint:
             for row in range(len(at)):
                 store(at, row, (load(motion.base, row) + load(motion.trial, row)) * 0.5)
+    store(motion.scalars, POTENTIAL, load(motion.scalars, ENERGY))  # a dissipation adds its power behind it
     if len(plan.dissipations.addresses):
         blocks = (at, speed, internal, tangent, motion.scalars)
         call_all(
@@ -106,6 +109,9 @@ def add_effects(
         )
     for row in range(len(tangent)):
         store(tangent, row, load(tangent, row) * to_speed)
+    if len(betweens.addresses):
+        blocks = (motion.trial, motion.base, internal, tangent, motion.scalars)
+        call_all(plan.dimension, plan.nodes, betweens, potential_places, motion.stiffness, motion.values, blocks)
 
 
 @njit(error_model="numpy")
@@ -163,13 +169,14 @@ def balance(plan: Any, motion: Any) -> None:
     """What is out of balance, the largest force, and what inertia adds to the tangent's diagonal."""
     d, unknowns, zero = plan.dimension, motion.unknowns, splat(0.0)
     stiff = load(motion.scalars, TO_SPEED) * load(motion.scalars, TO_ACCELERATION)
-    largest, force_scale = zero, zero
+    largest, force_scale, work = zero, zero, zero
     for node in range(len(plan.block_of)):
         block, mass = plan.block_of[node], load(motion.masses, node)
         for a in range(d):
             row = node * d + a
             force, internal = load(motion.forces, row), load(motion.internal, row)
             inertia = mass * load(motion.acceleration, row)
+            work = fma(force, load(motion.trial, row), work)
             force_scale = maximum(maximum(absolute(force), absolute(internal)), maximum(absolute(inertia), force_scale))
             if block >= 0:
                 store(unknowns, block * d + a, force - internal - inertia)
@@ -180,4 +187,5 @@ def balance(plan: Any, motion: Any) -> None:
     for at in range(len(unknowns)):
         largest, lost = maximum(largest, absolute(load(unknowns, at))), lost + zero * load(unknowns, at)
     store(motion.scalars, RESIDUAL, largest + lost)
+    store(motion.scalars, POTENTIAL, load(motion.scalars, POTENTIAL) - work)
     store(motion.scalars, FORCE_SCALE, force_scale)

@@ -16,6 +16,7 @@ from springopt.forward.motion.lanes import follow_motions
 from springopt.forward.motion.sparse import MotionSearch
 from springopt.forward.motion.state import MotionAnswers, MotionJobs, Options, make_motion
 from springopt.forward.motion.stepping import ENERGY_MOMENTUM, Stepping
+from springopt.forward.plan import ways_of
 from springopt.forward.sparse import SparseEngine, candidates_of
 from springopt.forward.threads import run_all
 
@@ -31,6 +32,7 @@ class Motions:
     codes: NDArray[np.int8]  #: see `status`, shape (m, c)
     residuals: Floats  #: largest out-of-balance force of any step, shape (m, c)
     steps: NDArray[np.int64]  #: taken in time, shape (m, c)
+    is_euler: NDArray[np.bool_]  #: whether the step that ended at a time was one of implicit Euler, shape (m, c, t)
 
 
 def move(
@@ -50,6 +52,7 @@ def move(
         codes=np.zeros(shape[:2], dtype=np.int8),
         residuals=np.zeros(shape[:2]),
         steps=np.zeros(shape[:2], dtype=np.int64),
+        is_euler=np.zeros(shape[:3], dtype=np.bool_),
     )
     for group in groups:
         _require_masses(group, masses, stepping)
@@ -59,6 +62,7 @@ def move(
         at = (jobs.candidate, group.cases[jobs.case])
         motions.displacements[at], motions.velocities[at] = answers.displacements, answers.velocities
         motions.codes[at], motions.residuals[at], motions.steps[at] = answers.codes, answers.residuals, answers.steps
+        motions.is_euler[at] = answers.is_euler
     return motions
 
 
@@ -106,6 +110,7 @@ def _follow(group: Group, jobs: MotionJobs, options: Options, threads: int) -> M
         codes=np.zeros(shape[0], dtype=np.int8),
         residuals=np.zeros(shape[0]),
         steps=np.zeros(shape[0], dtype=np.int64),
+        is_euler=np.zeros(shape[:2], dtype=np.bool_),
     )
     follow = _follow_large if isinstance(group.engine, SparseEngine) else _follow_small
     task = partial(follow, group, jobs, answers, options)
@@ -119,7 +124,8 @@ def _follow(group: Group, jobs: MotionJobs, options: Options, threads: int) -> M
 
 def _follow_small(group: Group, jobs: MotionJobs, answers: MotionAnswers, options: Options) -> None:
     announce_compilation(follow_motions)
-    follow_motions(group.plan, jobs, make_motion(group.plan), answers, options)
+    ways = ways_of(group.plan, is_midpoint=options.is_midpoint)
+    follow_motions(group.plan, jobs, make_motion(group.plan), answers, options, ways)
 
 
 def _follow_large(group: Group, jobs: MotionJobs, answers: MotionAnswers, options: Options) -> None:

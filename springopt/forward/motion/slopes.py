@@ -19,6 +19,7 @@ from springopt.forward.spring_forces import forces_at_nodes, work_per_stiffness
 from springopt.forward.terms import Term, Terms
 
 Floats = NDArray[np.float64]
+Booleans = NDArray[np.bool_]
 
 #: Dissipations say how they change with the speed alone; by the displacements differences tell, of this share of a
 #: spring's length, extrapolated once.
@@ -86,9 +87,9 @@ class _Ways:
 
 
 def stages_of(
-    group: Group, row: Floats, u: Floats, v: Floats, steps: Floats, *, is_midpoint: bool
+    group: Group, row: Floats, u: Floats, v: Floats, steps: Floats, is_euler: Booleans, *, is_midpoint: bool
 ) -> list[tuple[Stage, ...]]:
-    """The stages of every step, from the states (steps + 1, n d) between them."""
+    """The stages of every step, from the states (steps + 1, n d) between them; of implicit Euler one."""
     if is_midpoint:
         ways = _Ways(u[:-1], v[:-1], u[1:], 1.0 / steps, 2.0 / steps)
         return [(stage,) for stage in _stages(group, row, ways, is_midpoint=True)]
@@ -100,7 +101,14 @@ def stages_of(
     first = _Ways(u[:-1], v[:-1], u[:-1] + reach * stage_speed, factor, factor)
     second = _Ways(u[:-1] + rest * stage_speed, v[:-1] + rest * stage_acceleration, u[1:], factor, factor)
     both = [_stages(group, row, ways, is_midpoint=False) for ways in (first, second)]
-    return list(zip(*both, strict=True))
+    stages: list[tuple[Stage, ...]] = list(zip(*both, strict=True))
+    jumps = np.flatnonzero(is_euler)
+    if len(jumps):
+        whole = 1.0 / steps[jumps]
+        euler = _stages(group, row, _Ways(u[jumps], v[jumps], u[jumps + 1], whole, whole), is_midpoint=False)
+        for step, stage in zip(jumps.tolist(), euler, strict=True):
+            stages[step] = (stage,)
+    return stages
 
 
 def _stages(group: Group, row: Floats, ways: _Ways, *, is_midpoint: bool) -> list[Stage]:
@@ -148,6 +156,12 @@ def _slopes(
     springs = (plan.ends, plan.rest_vectors, plan.natural_lengths)
     _spring_slopes(*springs, stiffness, ways.base, ways.end, is_midpoint, by_end, by_base)
     for term, kernel in terms.potentials:
+        if is_midpoint and kernel.between is not None:
+            own = partial(probe, kernel.on_the_way(), terms.lattice, stiffness=stiffness, values=values[term.columns])
+            # It is the same there and back, so that the derivative by the base is that by the end, turned round.
+            by_end += _dense(kernel, own(ways.end, velocities=ways.base).blocks, plan.nodes.size)
+            by_base += _dense(kernel, own(ways.base, velocities=ways.end).blocks, plan.nodes.size)
+            continue
         for weight, share, at in _points(ways, is_midpoint=is_midpoint):
             blocks = probe(kernel, terms.lattice, at, stiffness=stiffness, values=values[term.columns]).blocks
             matrices = weight * _dense(kernel, blocks, plan.nodes.size)
@@ -211,7 +225,12 @@ def _by_row(terms: Terms, stiffness: Floats, values: Floats, ways: _Ways, *, is_
     springs = len(stiffness)
     answer = np.zeros((len(ways.base), springs + len(values), ways.base.shape[1]))
     for term, kernel in terms.potentials:
+        if not terms.fitted_of(term):
+            continue
         columns = slice(springs + term.columns.start, springs + term.columns.stop)
+        if is_midpoint and kernel.between is not None:
+            answer[:, columns] = _by_units(terms, term, kernel.on_the_way(), ways.end, ways.base)
+            continue
         for weight, _, at in _points(ways, is_midpoint=is_midpoint):
             for number, u in enumerate(at):
                 derivatives = force_derivatives(
@@ -228,6 +247,19 @@ def _by_row(terms: Terms, stiffness: Floats, values: Floats, ways: _Ways, *, is_
     for term, kernel in terms.dissipations:
         _add_dissipation(answer, terms, term, kernel, stiffness, values[term.columns], at, ways.speed)
     _add_masses(answer[:, springs:], terms, values, ways.acceleration)
+    return answer
+
+
+def _by_units(terms: Terms, term: Term, kernel: Kernel, end: Floats, base: Floats) -> Floats:
+    """The derivatives of forces that are linear in the parameters, but for a constant, shape (l, k, n d)."""
+    count = term.columns.stop - term.columns.start
+    units = np.concatenate([np.zeros((1, count)), np.eye(count)])
+    springs = np.zeros(terms.lattice.spring_count)
+    answer = np.empty((len(end), count, end.shape[1]))
+    for number, (there, here) in enumerate(zip(end, base, strict=True)):
+        states, bases = (np.broadcast_to(state, (len(units), len(state))) for state in (there, here))
+        forces = probe(kernel, terms.lattice, states, stiffness=springs, values=units, velocities=bases).forces
+        answer[number] = forces[1:] - forces[0]
     return answer
 
 

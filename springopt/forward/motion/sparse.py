@@ -11,13 +11,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from springopt.effects.compile import compiled
-from springopt.effects.lanes import absolute, load, maximum, splat, store
+from springopt.effects.lanes import absolute, fma, load, maximum, splat, store
 from springopt.effects.springs import elongation, tension_per_length
 from springopt.forward.conjugate_gradients import solve_lanes
 from springopt.forward.motion.evaluation import add_effects, balance, between, follow_trial
-from springopt.forward.motion.state import IS_FRESH, JOB, Motion, MotionAnswers, MotionJobs, Options, make_motion
+from springopt.forward.motion.state import (
+    ENERGY,
+    IS_FRESH,
+    JOB,
+    POTENTIAL,
+    Motion,
+    MotionAnswers,
+    MotionJobs,
+    Options,
+    make_motion,
+)
 from springopt.forward.motion.steps import GAMMA, judge_motions, step_on, take_up_motions
-from springopt.forward.plan import Plan
+from springopt.forward.plan import Plan, ways_of
 from springopt.forward.solver import Solver
 from springopt.forward.sparse import REDUCTION
 from springopt.forward.state import IDLE
@@ -48,8 +58,9 @@ class MotionSearch:
         """Answer all jobs, which are those of one candidate."""
         plan, motion = self.work.plan, self.motion
         self._factorize_rest(jobs, options)
+        ways = ways_of(plan, is_midpoint=options.is_midpoint)
         while take_up_motions(plan, jobs, motion, options):
-            _evaluate(plan, motion, self.work.tangents, options.is_midpoint)
+            _evaluate(plan, motion, ways, self.work.tangents, options.is_midpoint)
             if judge_motions(plan, jobs, motion, answers, options):
                 self._solve((motion.scalars[IS_FRESH] == 0.0) & (motion.scalars[JOB] != IDLE))
                 step_on(plan, motion)
@@ -100,14 +111,16 @@ class MotionSearch:
 
 
 @compiled
-def _evaluate(plan: Any, motion: Any, tangents: Any, is_midpoint: bool) -> None:
+def _evaluate(plan: Any, motion: Any, ways: Any, tangents: Any, is_midpoint: bool) -> None:
     """As `evaluate_motion`, with the tangent as in `sparse_kernels`."""
     d, internal, cache, delta = plan.dimension, motion.internal, tangents.cache, motion.delta
     follow_trial(motion, is_midpoint)
     internal[:] = 0.0
+    store(motion.scalars, ENERGY, splat(0.0))
     tangents.coupled[:] = 0.0
     places = (plan.potentials.coupled_places, plan.dissipations.coupled_places)
-    add_effects(plan, motion, tangents.coupled, places[0], places[1], is_midpoint)
+    add_effects(plan, motion, ways, tangents.coupled, places, is_midpoint)
+    energy = load(motion.scalars, POTENTIAL)
     for spring in range(len(plan.ends)):
         i, j = plan.ends[spring, 0] * d, plan.ends[spring, 1] * d
         if is_midpoint:
@@ -118,6 +131,7 @@ def _evaluate(plan: Any, motion: Any, tangents: Any, is_midpoint: bool) -> None:
             natural, k = plan.natural_lengths[spring], load(motion.stiffness, spring)
             rest, prestrain = plan.lengths[spring], plan.prestrains[spring]
             length, longer = elongation(motion.trial, i, j, plan.rest_vectors, spring, rest, natural, prestrain, delta)
+            energy = fma(k * longer, longer * 0.5, energy)
             tension, length = tension_per_length(k, natural, length, longer)
             store(cache, 2 * spring, tension)
             store(cache, 2 * spring + 1, (k - tension) / (length * length))
@@ -125,6 +139,7 @@ def _evaluate(plan: Any, motion: Any, tangents: Any, is_midpoint: bool) -> None:
             force = tension * load(delta, a)
             store(internal, j + a, load(internal, j + a) + force)
             store(internal, i + a, load(internal, i + a) - force)
+    store(motion.scalars, POTENTIAL, energy)
     balance(plan, motion)
     _scale(plan, motion, tangents.coupled)
 

@@ -30,8 +30,11 @@ from springopt.forward.state import IDLE
     IS_FRESH,  # 1 where the trial state was not evaluated yet
     STEP_COUNT,
     STRETCH,  # what Newton's step is to be multiplied by, 0 where none is taken
+    POTENTIAL,  # strain energy less work at the trial state, where forces are taken there
+    LAST_ENERGY,  # all of it where the step begins
+    IS_EULER,  # 1 where the step under way is one of the implicit Euler method
     SCALAR_COUNT,
-) = range(20)
+) = range(23)
 # What the trial state of a lane is.
 AT_START, FIRST_STAGE, SECOND_STAGE = range(3)
 
@@ -61,11 +64,12 @@ class MotionAnswers(NamedTuple):
     codes: NDArray[np.int8]  # (jobs,), see status
     residuals: NDArray[np.float64]  # (jobs,), the largest of all steps
     steps: NDArray[np.int64]  # (jobs,)
+    is_euler: NDArray[np.bool_]  # (jobs, t), whether the step that ended at this time was one of implicit Euler
 
     def part(self, few: slice) -> "MotionAnswers":
         """The rows of a few jobs, to be written in place."""
-        u, v, codes, residuals, steps = self
-        return MotionAnswers(u[few], v[few], codes[few], residuals[few], steps[few])
+        u, v, codes, residuals, steps, is_euler = self
+        return MotionAnswers(u[few], v[few], codes[few], residuals[few], steps[few], is_euler[few])
 
 
 class Options(NamedTuple):

@@ -15,7 +15,8 @@ class Stepping:
     "energy-momentum": forces are a discrete gradient of the energy (Gonzalez 1996), so that without damping energy and
     momentum stay what they are, over any number of steps. "l-stable": two stages of the singly diagonal Runge-Kutta
     method with gamma = 1 - sqrt(1/2) (Alexander 1977), which damps what a step can't resolve, as in stiff contact, and
-    takes nodes without mass.
+    takes nodes without mass. A step that would gain energy, as one across an impact may, is one of the implicit Euler
+    method in its place.
     """
 
     step: float  #: [time], the longest; steps between two times are equal

@@ -18,13 +18,16 @@ from springopt.forward.motion.state import (
     AT_START,
     FIRST_STAGE,
     FORCE_SCALE,
+    IS_EULER,
     IS_FRESH,
     ITERATIONS,
     JOB,
     LARGEST_FORCE,
+    LAST_ENERGY,
     LAST_RESIDUAL,
     LAST_STEP,
     LONGEST,
+    POTENTIAL,
     RESIDUAL,
     SECOND_STAGE,
     STAGE,
@@ -45,6 +48,8 @@ NEWTON_LIMIT = 40
 # Energies drift with what is left out of balance, step by step; Newton's last steps are cheap.
 MARGIN = 1e-3
 SLOWLY = 0.1
+# A step of two stages that gains more than this share of what moves met something in between, such as an impact.
+GAIN = 0.01
 SHORTEST = 2.0**-30  # of the longest step: no error is allowed so small
 MOST_STEPS = 1e9
 
@@ -94,6 +99,7 @@ def _take_up(plan: Any, jobs: Any, motion: Any, options: Any, v: int, job: int) 
     lane[STEP, v], lane[LAST_STEP, v], lane[STEPS_LEFT, v], lane[LONGEST, v] = 0.0, 0.0, 0.0, options.step
     lane[LARGEST_FORCE, v], lane[STAGE, v], lane[IS_FRESH, v] = prestress, AT_START, 1.0
     lane[TO_SPEED, v], lane[TO_ACCELERATION, v] = 1.0 / options.step, 1.0 / options.step
+    lane[IS_EULER, v], lane[LAST_ENERGY, v] = 0.0, 0.0
 
 
 @compiled
@@ -150,6 +156,7 @@ def _begin(plan: Any, jobs: Any, motion: Any, options: Any, v: int) -> None:
         for a in range(d):
             if block >= 0 and mass > 0.0:
                 motion.last_acceleration[node * d + a, v] = motion.unknowns[block * d + a, v] / mass
+    motion.scalars[LAST_ENERGY, v] = motion.scalars[POTENTIAL, v]
     _begin_step(jobs, motion, options, v)
 
 
@@ -164,7 +171,7 @@ def _begin_step(jobs: Any, motion: Any, options: Any, v: int) -> None:
         lane[STEP, v] = left / lane[STEPS_LEFT, v]
     h = lane[STEP, v]
     lane[STAGE, v] = FIRST_STAGE
-    reach = h if options.is_midpoint else GAMMA * h
+    reach = h if options.is_midpoint or lane[IS_EULER, v] == 1.0 else GAMMA * h
     lane[TO_SPEED, v] = 1.0 / reach
     lane[TO_ACCELERATION, v] = 2.0 / h if options.is_midpoint else 1.0 / reach
     lane[ITERATIONS, v], lane[LAST_RESIDUAL, v] = 0.0, np.inf
@@ -180,9 +187,16 @@ def _end_stage(plan: Any, jobs: Any, motion: Any, answers: Any, options: Any, v:
     job = int(lane[JOB, v])
     lane[LARGEST_FORCE, v] = max(lane[LARGEST_FORCE, v], lane[FORCE_SCALE, v])
     answers.residuals[job] = max(answers.residuals[job], lane[RESIDUAL, v])
-    if not options.is_midpoint and lane[STAGE, v] == FIRST_STAGE:
+    if not options.is_midpoint and lane[STAGE, v] == FIRST_STAGE and lane[IS_EULER, v] == 0.0:
         _begin_second_stage(motion, v)
         return
+    if not options.is_midpoint:
+        energy, moving = _energy(plan, motion, v)
+        if lane[IS_EULER, v] == 0.0 and energy > lane[LAST_ENERGY, v] + GAIN * moving:
+            lane[IS_EULER, v] = 1.0
+            _begin_step(jobs, motion, options, v)
+            return
+        lane[LAST_ENERGY, v] = energy
     if options.allowed > 0.0:
         share = _error(motion, options.is_midpoint, v) / options.allowed
         factor = min(2.0, max(0.2, 0.9 * max(share, 1e-12) ** (-1.0 / 3.0)))
@@ -192,6 +206,18 @@ def _end_stage(plan: Any, jobs: Any, motion: Any, answers: Any, options: Any, v:
             return
         lane[LONGEST, v] = min(options.step, lane[STEP, v] * factor)
     _end_step(jobs, motion, answers, options, v)
+
+
+@njit(error_model="numpy")
+def _energy(plan: Any, motion: Any, v: int) -> tuple[float, float]:
+    """(all energy at the trial state, the larger kinetic one of the step's two ends)."""
+    d, now, before = plan.dimension, 0.0, 0.0
+    for node in range(len(plan.nodes)):
+        for a in range(d):
+            row = node * d + a
+            now += 0.5 * motion.masses[node, v] * motion.speed[row, v] ** 2
+            before += 0.5 * motion.masses[node, v] * motion.start_speed[row, v] ** 2
+    return motion.scalars[POTENTIAL, v] + now, max(now, before)
 
 
 @njit(error_model="numpy")
@@ -247,10 +273,12 @@ def _end_step(jobs: Any, motion: Any, answers: Any, options: Any, v: int) -> Non
         for row in range(len(motion.start)):
             answers.displacements[job, target, row] = motion.start[row, v]
             answers.velocities[job, target, row] = motion.start_speed[row, v]
+        answers.is_euler[job, target] = lane[IS_EULER, v] == 1.0
         lane[TARGET, v] += 1.0
         if lane[TARGET, v] == jobs.times.shape[1]:
             _put_down(motion, answers, v, CONVERGED)
             return
+    lane[IS_EULER, v] = 0.0
     if lane[STEP_COUNT, v] >= MOST_STEPS:
         _put_down(motion, answers, v, ITERATION_LIMIT)
         return
