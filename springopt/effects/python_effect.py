@@ -1,6 +1,7 @@
 """The base of an effect in plain NumPy: slow, but all that a first try needs."""
 
 import ctypes
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any
 
@@ -19,16 +20,17 @@ _SIGNATURE = ctypes.CFUNCTYPE(
 )
 
 
-class PythonEffect(Effect):
+class PythonEffect(Effect, ABC):
     """A potential as a function of NumPy arrays, called for eight equilibria at once; a subclass is a dataclass.
 
     Its options are the subclass's; `parameters` names those that may be fitted.
     """
 
+    @abstractmethod
     def pairs(self, lattice: SpringLattice) -> Integers:
         """The nodes (i, j) that it couples, each pair once, a node with itself too, shape (q, 2)."""
-        raise NotImplementedError
 
+    @abstractmethod
     def evaluate(
         self, lattice: SpringLattice, displacements: Floats, *, stiffness: Floats, values: Mapping[str, Floats]
     ) -> tuple[Floats, Floats, Floats]:
@@ -37,7 +39,6 @@ class PythonEffect(Effect):
         At displacements [length] (8, n, d), for the stiffness of the springs (8, s) and its parameters (8, k) by name.
         Threads may call it at the same time.
         """
-        raise NotImplementedError
 
     def potential(self, lattice: SpringLattice, fitted: frozenset[str] = NOT_FITTED) -> Kernel | None:
         pairs = np.asarray(self.pairs(lattice), dtype=np.int64).reshape(-1, 2)
