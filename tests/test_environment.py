@@ -1,4 +1,5 @@
 import importlib.util
+import os
 import shutil
 import subprocess
 import sys
@@ -101,7 +102,9 @@ def test_a_bare_checkout_makes_its_environment_once(tmp_path):
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
     command = [tmp_path / "run", "python", "-c", "import springopt; print(springopt.__file__)"]
-    first, second = (subprocess.run(command, cwd=elsewhere, capture_output=True, text=True) for _ in range(2))
+    # Without the path that pytest's worker processes hand on, which leads here.
+    bare = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    first, second = (subprocess.run(command, cwd=elsewhere, capture_output=True, text=True, env=bare) for _ in range(2))
     assert first.stdout == second.stdout == f"{tmp_path}/springopt/__init__.py\n"
     assert "making .venv" in first.stderr
     assert not second.stderr

@@ -35,6 +35,8 @@ class LinearLanesEngine:
 
     def find(self, jobs: Jobs, answers: Answers, tolerance: float) -> None:
         """See `Engine`."""
+        if not len(jobs.candidate):  # loads push parts of every candidate away
+            return
         announce_compilation(solve_eights)
         edges = np.flatnonzero(np.diff(jobs.candidate, prepend=-1, append=-1))
         is_left = np.zeros(len(edges) - 1, dtype=np.bool_)

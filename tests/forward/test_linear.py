@@ -157,6 +157,8 @@ def test_eight_at_a_time_they_are_those_of_one_by_one_mechanisms_and_all(name):
     rng = np.random.default_rng(12)
     candidates = stiffness * (rng.random((21, len(stiffness))) < np.linspace(0.4, 1.2, 21)[:, None])
     candidates[3] = 0.0
+    nothing = linear(model).solve_many(0.0 * candidates[:2], cases)
+    assert (nothing.status != "converged").all()
     candidates[20, (model.lattice.springs == 7).any(axis=1)] = 0.0
     together, apart = (linear(model, engine).solve_many(candidates, cases) for engine in (None, "sparse"))
     assert {group.choice.solver for group in linear(model).groups(cases)} == {"lanes"}
