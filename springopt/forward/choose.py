@@ -120,7 +120,7 @@ def _solver_by_size(engine: str, unknowns: int, width: int) -> tuple[str, str]:
 
 def _suits_lanes(plan: Plan, unknowns: int, width: int) -> bool:
     """Whether small displacements are found in lanes: of small systems, and of springs alone."""
-    return _work(unknowns, width) <= LANES_WORK and not len(plan.potentials.addresses)
+    return _work(unknowns, width) <= LANES_WORK and not len(plan.potentials.table)
 
 
 def _work(unknowns: int, width: int) -> float:

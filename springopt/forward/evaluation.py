@@ -7,6 +7,7 @@ from numba import njit
 from springopt.effects.effect import call_kernel
 from springopt.effects.lanes import absolute, fma, load, maximum, splat, store, where_greater
 from springopt.effects.springs import add_springs
+from springopt.forward.plan import ADDRESS, INTEGERS, NUMBERS, PLACES, VALUES
 from springopt.forward.state import CONTRAST, ENERGY, FORCE_SCALE, MAGNITUDE, RESIDUAL
 
 
@@ -21,7 +22,7 @@ def evaluate(plan: Any, state: Any) -> None:
     store(lane, ENERGY, zero)
     add_springs(plan, state.stiffness, state.trial, internal, state.tangent, lane, state.delta)
     springs = load(lane, ENERGY)
-    if len(plan.potentials.addresses):
+    if len(plan.potentials.table):
         places, blocks = plan.potentials.places, (state.trial, state.trial, internal, state.tangent, lane)
         call_all(d, plan.nodes, plan.potentials, places, state.stiffness, state.values, blocks)
         _raise_scale(plan, state)
@@ -32,11 +33,12 @@ def evaluate(plan: Any, state: Any) -> None:
 @njit(error_model="numpy")
 def call_all(d: int, nodes: Any, calls: Any, places: Any, stiffness: Any, values: Any, blocks: Any) -> None:
     """Call the kernels of all effects; `blocks` are displacements, velocities, forces, tangent and energy."""
-    for number in range(len(calls.addresses)):
-        integers, numbers, value, place = calls.begins[number]
+    for number in range(len(calls.table)):
+        call = calls.table[number]
+        integers, numbers, value, place = call[INTEGERS], call[NUMBERS], call[VALUES], call[PLACES]
         body = (nodes, calls.integers[integers:], calls.numbers[numbers:])
         lanes = (stiffness, values[value:], places[place:])
-        call_kernel(calls.addresses[number], d, len(nodes), body + lanes + blocks)
+        call_kernel(call[ADDRESS], d, len(nodes), body + lanes + blocks)
 
 
 @njit(error_model="numpy")

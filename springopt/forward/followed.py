@@ -58,7 +58,7 @@ def follow(plan: Plan, jobs: Jobs, search: Callable[[Jobs], Answers]) -> Answers
     count, size = full_start.shape
     ways = Ways(np.zeros(count), np.full(count, FIRST_STEP), np.zeros((count, size)), np.zeros((count, size)))
     iterations = np.zeros(count, dtype=np.int64)
-    if count and (plan.prestrains.any() or len(plan.potentials.addresses)):  # it may not rest where it was laid out
+    if count and (plan.prestrains.any() or len(plan.potentials.table)):  # it may not rest where it was laid out
         rest = search(_part(jobs, np.arange(count), 0.0 * full_forces, 0.0 * full_start))
         ways.here[:] = np.where(has_equilibrium(rest.codes)[:, None], rest.displacements, 0.0)
         iterations += rest.iterations

@@ -201,7 +201,7 @@ def _rounding(plan: Any, state: Any, v: int) -> tuple[float, float]:
     for node in range(len(plan.nodes)):
         if plan.block_of[node] >= 0:
             largest = max(largest, at_node[node])
-    if len(plan.potentials.addresses):
+    if len(plan.potentials.table):
         for at in range(len(state.scale)):
             largest = max(largest, 2.0 * d * longest * state.scale[at, v])
     return 4.0 * EPSILON * largest, longest

@@ -17,14 +17,26 @@ from springopt.effects.springs import springs_of
 from springopt.forward.terms import Term, Terms
 from springopt.lattice import SpringLattice
 
+# Columns of `Calls.table`.
+(
+    ADDRESS,
+    BETWEEN,  # address of the discrete gradient, 0 where there is none
+    EXPANDS,  # 1 where small displacements may take its expansion at rest
+    INTEGERS,  # where its own begin, and so for the others
+    NUMBERS,
+    VALUES,
+    PLACES,
+    COLUMN_COUNT,
+) = range(8)
+
 
 class Calls(NamedTuple):
-    """The kernels that the loop calls, and what each of them reads, one behind the other."""
+    """The kernels that the loop calls, and what each of them reads, one behind the other.
 
-    addresses: NDArray[np.int64]  # (e,)
-    betweens: NDArray[np.int64]  # (e,), those of discrete gradients, 0 where there is none
-    expands: NDArray[np.bool_]  # (e,), whether small displacements may take its expansion at rest
-    begins: NDArray[np.int64]  # (e, 4), where the integers, numbers, values and places of each begin
+    In few arrays, since numba counts the references of all that are handed over.
+    """
+
+    table: NDArray[np.int64]  # (e, 7), a row for each, columns as numbered above
     integers: NDArray[np.int64]
     numbers: NDArray[np.float64]
     places: NDArray[np.int64]  # of blocks in the envelope, see `effects.effect`
@@ -52,7 +64,6 @@ class Plan(NamedTuple):
     step_limit: float  # how far a node moves in a first step: a typical spring's length
     value_count: int  # columns of a candidate behind the stiffness
     potentials: Calls
-    dissipations: Calls
     coupled: NDArray[np.int64]  # (q, 2), the blocks (row, column) that kernels add to, row >= column
 
 
@@ -68,10 +79,6 @@ def make_plan(terms: Terms, supports: NDArray[np.bool_]) -> Plan:
     start = np.cumsum(widths) - widths
     coupled = _coupled_blocks(pairs[len(ends) :], block_of)
     pinned, pinned_rows = _pinned(supports, block_of, first, start)
-
-    def calls(these: Sequence[tuple[Term, Kernel]]) -> Calls:
-        return _make_calls(these, block_of, (first, start), coupled, d)
-
     return Plan(
         dimension=d,
         nodes=np.ascontiguousarray(lattice.nodes, dtype=np.float64),
@@ -86,38 +93,40 @@ def make_plan(terms: Terms, supports: NDArray[np.bool_]) -> Plan:
         supported=np.flatnonzero(supports.ravel()),
         step_limit=_typical_length(springs.lengths, lattice.rest_lengths),
         value_count=len(terms.defaults),
-        potentials=calls(terms.potentials),
-        dissipations=calls(terms.dissipations),
+        potentials=_make_calls(terms.potentials, block_of, (first, start), coupled, d),
         coupled=coupled,
     )
 
 
 def without_effects(plan: Plan) -> Plan:
     """The same springs alone."""
-    nothing = plan.potentials._replace(addresses=plan.potentials.addresses[:0])
-    return plan._replace(potentials=nothing, dissipations=nothing)
+    return plan._replace(potentials=plan.potentials._replace(table=plan.potentials.table[:0]))
 
 
 def as_at_rest(plan: Plan) -> Plan:
     """With those potentials alone that have an expansion at rest: what may stand for all of a motion or a load."""
-    calls = plan.potentials
-    return plan._replace(potentials=_some(calls, calls.expands, calls.addresses))
+    return plan._replace(potentials=_some(plan.potentials, plan.potentials.table[:, EXPANDS] == 1))
 
 
-def _some(calls: Calls, which: NDArray[np.bool_], addresses: NDArray[np.int64]) -> Calls:
-    """Some of the calls, at these addresses (e,)."""
-    kept = calls.betweens[which], calls.expands[which], calls.begins[which]
-    return calls._replace(addresses=addresses[which], betweens=kept[0], expands=kept[1], begins=kept[2])
+def _some(calls: Calls, which: NDArray[np.bool_], column: int = ADDRESS) -> Calls:
+    """Some of the calls, at the addresses in this column."""
+    table = calls.table[which].copy()
+    table[:, ADDRESS] = table[:, column]
+    return calls._replace(table=table)
 
 
-def ways_of(plan: Plan, *, is_midpoint: bool) -> tuple[Calls, Calls]:
-    """The potentials that a step in time calls at single states, and those that bring their discrete gradient.
+Ways = tuple[Calls, Calls, Calls]
+
+
+def ways_of(plan: Plan, terms: Terms, *, is_midpoint: bool) -> Ways:
+    """Potentials that a step in time calls at single states, those that bring their discrete gradient, dissipations.
 
     Only where forces are taken on the way of the step, `is_midpoint`, are there any of the second kind.
     """
-    calls = plan.potentials
-    has_own = (calls.betweens != 0) & is_midpoint
-    return _some(calls, ~has_own, calls.addresses), _some(calls, has_own, calls.betweens)
+    has_own = (plan.potentials.table[:, BETWEEN] != 0) & is_midpoint
+    envelope = (plan.first, plan.start)
+    dissipations = _make_calls(terms.dissipations, plan.block_of, envelope, plan.coupled, plan.dimension)
+    return _some(plan.potentials, ~has_own), _some(plan.potentials, has_own, BETWEEN), dissipations
 
 
 def _coupled_blocks(pairs: NDArray[np.int64], block_of: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -144,14 +153,15 @@ def _make_calls(
     listed = np.full(len(pairs), -1, dtype=np.int64)
     keys = coupled @ [len(block_of), 1]
     listed[exists] = 2 * np.searchsorted(keys, row[exists] * len(block_of) + column[exists]) * d * d + is_turned[exists]
-    sizes = [(len(k.integers), len(k.numbers), 0, len(k.pairs)) for _, k in terms]
-    begins = np.cumsum([(0, 0, 0, 0), *sizes], axis=0)[:-1].astype(np.int64)
-    begins[:, 2] = [term.first for term, _ in terms]
+    table = np.zeros((len(terms), COLUMN_COUNT), dtype=np.int64)
+    sizes = np.array([(len(k.integers), len(k.numbers), len(k.pairs)) for _, k in terms], dtype=np.int64).reshape(-1, 3)
+    table[:, [INTEGERS, NUMBERS, PLACES]] = np.cumsum(sizes, axis=0) - sizes
+    for row, (term, kernel) in zip(table, terms, strict=True):
+        row[ADDRESS], row[VALUES] = kernel.function.address, term.first
+        row[BETWEEN] = kernel.between.address if kernel.between else 0
+        row[EXPANDS] = term.effect.has_expansion_at_rest
     return Calls(
-        addresses=np.array([kernel.function.address for _, kernel in terms], dtype=np.int64),
-        betweens=np.array([kernel.between.address if kernel.between else 0 for _, kernel in terms], dtype=np.int64),
-        expands=np.array([term.effect.has_expansion_at_rest for term, _ in terms], dtype=np.bool_),
-        begins=np.ascontiguousarray(begins),
+        table=table,
         integers=np.concatenate([np.zeros(0, dtype=np.int64), *(k.integers for _, k in terms)]),
         numbers=np.concatenate([np.zeros(0), *(k.numbers for _, k in terms)]),
         places=places,

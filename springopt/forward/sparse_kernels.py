@@ -82,7 +82,7 @@ def evaluate_forces(plan: Any, state: Any, tangents: Any) -> None:
             store(internal, j + a, load(internal, j + a) + force)
             store(internal, i + a, load(internal, i + a) - force)
     store(lane, ENERGY, energy)
-    if len(plan.potentials.addresses):
+    if len(plan.potentials.table):
         tangents.coupled[:] = 0.0
         places, blocks = plan.potentials.coupled_places, (trial, trial, internal, tangents.coupled, lane)
         call_all(d, plan.nodes, plan.potentials, places, state.stiffness, state.values, blocks)

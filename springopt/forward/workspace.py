@@ -27,7 +27,7 @@ class Workspace:
 
     @classmethod
     def of(cls, plan: Plan, *, in_motion: bool = False) -> "Workspace":
-        has_blocks = len(plan.potentials.addresses) or in_motion
+        has_blocks = len(plan.potentials.table) or in_motion
         rows = len(plan.coupled) * plan.dimension**2 if has_blocks else 0
         tangents = Tangents(
             cache=np.zeros((2 * len(plan.ends), LANE_COUNT)),
@@ -63,7 +63,7 @@ class Workspace:
     def loose_unknowns(self) -> NDArray[np.bool_]:
         """Which unknowns (B d,) belong to nodes that no spring holds, where no effect may hold them either."""
         d, size = self.plan.dimension, len(self.plan.first)
-        if len(self.plan.potentials.addresses):
+        if len(self.plan.potentials.table):
             return np.zeros(size * d, dtype=np.bool_)
         at_node = np.bincount(self.plan.ends.ravel(), np.repeat(self.state.stiffness[:, 0], 2), len(self.plan.nodes))
         is_loose = np.zeros(size, dtype=np.bool_)

@@ -75,7 +75,7 @@ def test_nothing_is_allocated_for_effects_that_are_not_there():
     (group,) = so.Model(GRID).groups([pulled()])
     plan = group.plan
     assert plan.value_count == 0
-    assert len(plan.coupled) == len(plan.potentials.addresses) == len(plan.dissipations.addresses) == 0
+    assert len(plan.coupled) == len(plan.potentials.table) == 0
     assert len(plan.potentials.places) == len(plan.potentials.integers) == len(plan.potentials.numbers) == 0
     work = Workspace.of(plan)
     assert work.tangents.coupled.size == work.state.values.size == 0

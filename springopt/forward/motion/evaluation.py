@@ -48,8 +48,7 @@ def evaluate_motion(plan: Any, motion: Any, ways: Any, is_midpoint: bool) -> Non
     for row in range(len(internal)):
         store(internal, row, zero)
     store(motion.scalars, ENERGY, zero)
-    places = (plan.potentials.places, plan.dissipations.places)
-    add_effects(plan, motion, ways, tangent, places, is_midpoint)
+    add_effects(plan, motion, ways, tangent, (ways[0].places, ways[2].places), is_midpoint)
     if is_midpoint:
         _add_springs_between(plan, motion, tangent)
     else:
@@ -77,12 +76,12 @@ def evaluate_motion(plan: Any, motion: Any, ways: Any, is_midpoint: bool) -> Non
 def add_effects(plan: Any, motion: Any, ways: Any, tangent: Any, places: Any, is_midpoint: bool) -> None:
     """Forces and blocks of all effects; what kernels have by speed is brought to displacements."""
     store(motion.scalars, POTENTIAL, splat(0.0))
-    if not len(plan.potentials.addresses) and not len(plan.dissipations.addresses):
+    (averaged, betweens, dissipations), (potential_places, dissipation_places) = ways, places
+    if not len(averaged.table) + len(betweens.table) + len(dissipations.table):
         return
-    (averaged, betweens), (potential_places, dissipation_places) = ways, places
     to_speed = load(motion.scalars, TO_SPEED)
     at, speed, internal = motion.at, motion.speed, motion.internal
-    if len(averaged.addresses):
+    if len(averaged.table):
         # The mean of two points, each with half of its block by the end of the way.
         share, by_end = (0.5, 0.25) if is_midpoint else (1.0, 1.0)
         for point in range(2 if is_midpoint else 1):
@@ -102,14 +101,12 @@ def add_effects(plan: Any, motion: Any, ways: Any, tangent: Any, places: Any, is
             for row in range(len(at)):
                 store(at, row, (load(motion.base, row) + load(motion.trial, row)) * 0.5)
     store(motion.scalars, POTENTIAL, load(motion.scalars, ENERGY))  # a dissipation adds its power behind it
-    if len(plan.dissipations.addresses):
+    if len(dissipations.table):
         blocks = (at, speed, internal, tangent, motion.scalars)
-        call_all(
-            plan.dimension, plan.nodes, plan.dissipations, dissipation_places, motion.stiffness, motion.values, blocks
-        )
+        call_all(plan.dimension, plan.nodes, dissipations, dissipation_places, motion.stiffness, motion.values, blocks)
     for row in range(len(tangent)):
         store(tangent, row, load(tangent, row) * to_speed)
-    if len(betweens.addresses):
+    if len(betweens.table):
         blocks = (motion.trial, motion.base, internal, tangent, motion.scalars)
         call_all(plan.dimension, plan.nodes, betweens, potential_places, motion.stiffness, motion.values, blocks)
 

@@ -124,12 +124,13 @@ def _follow(group: Group, jobs: MotionJobs, options: Options, threads: int) -> M
 
 def _follow_small(group: Group, jobs: MotionJobs, answers: MotionAnswers, options: Options) -> None:
     announce_compilation(follow_motions)
-    ways = ways_of(group.plan, is_midpoint=options.is_midpoint)
+    ways = ways_of(group.plan, group.terms, is_midpoint=options.is_midpoint)
     follow_motions(group.plan, jobs, make_motion(group.plan), answers, options, ways)
 
 
 def _follow_large(group: Group, jobs: MotionJobs, answers: MotionAnswers, options: Options) -> None:
     assert isinstance(group.engine, SparseEngine)
     search = MotionSearch.of(group.plan, group.engine.solver)
+    ways = ways_of(group.plan, group.terms, is_midpoint=options.is_midpoint)
     for few in candidates_of(jobs.candidate, jobs.taken):
-        search.run(jobs.part(few), answers.part(few), options)
+        search.run(jobs.part(few), answers.part(few), options, ways)

@@ -27,7 +27,7 @@ from springopt.forward.motion.state import (
     make_motion,
 )
 from springopt.forward.motion.steps import GAMMA, judge_motions, step_on, take_up_motions
-from springopt.forward.plan import Plan, ways_of
+from springopt.forward.plan import Plan, Ways
 from springopt.forward.solver import Solver
 from springopt.forward.sparse import REDUCTION
 from springopt.forward.state import IDLE
@@ -54,11 +54,10 @@ class MotionSearch:
         motion = motion._replace(at=state.trial, stiffness=state.stiffness, values=state.values, scale=state.scale)
         return cls(work, motion, solver, *solver.matrices())
 
-    def run(self, jobs: MotionJobs, answers: MotionAnswers, options: Options) -> None:
+    def run(self, jobs: MotionJobs, answers: MotionAnswers, options: Options, ways: Ways) -> None:
         """Answer all jobs, which are those of one candidate."""
         plan, motion = self.work.plan, self.motion
         self._factorize_rest(jobs, options)
-        ways = ways_of(plan, is_midpoint=options.is_midpoint)
         while take_up_motions(plan, jobs, motion, options):
             _evaluate(plan, motion, ways, self.work.tangents, options.is_midpoint)
             if judge_motions(plan, jobs, motion, answers, options):
@@ -118,7 +117,7 @@ def _evaluate(plan: Any, motion: Any, ways: Any, tangents: Any, is_midpoint: boo
     internal[:] = 0.0
     store(motion.scalars, ENERGY, splat(0.0))
     tangents.coupled[:] = 0.0
-    places = (plan.potentials.coupled_places, plan.dissipations.coupled_places)
+    places = (ways[0].coupled_places, ways[2].coupled_places)
     add_effects(plan, motion, ways, tangents.coupled, places, is_midpoint)
     energy = load(motion.scalars, POTENTIAL)
     for spring in range(len(plan.ends)):
