@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from springopt.checks import Floats, floats, require_finite, require_nonnegative, require_positive, require_shape
-from springopt.effects.effect import Effect
+from springopt.effects.effect import Effect, checked_effects
 from springopt.effects.springs import springs_of
 from springopt.errors import UserError, did_you_mean
 from springopt.forward.batch import Equilibria, Group, find, group_by_supports
@@ -50,13 +50,7 @@ class Model:
     fitted: Sequence[str] = ()
 
     def __post_init__(self) -> None:
-        effects = (self.effects,) if isinstance(self.effects, Effect) else tuple(self.effects or ())
-        for effect in effects:
-            if not isinstance(effect, Effect):
-                raise UserError(
-                    f"effects must be a list of Effect, not {type(effect).__name__}; try Gravity((0, -9.81))."
-                )
-        object.__setattr__(self, "effects", effects)
+        object.__setattr__(self, "effects", checked_effects(self.effects))
         if self.kinematics == "nonlinear":  # what exact kinematics were called once
             object.__setattr__(self, "kinematics", "exact")
         require_known(self.kinematics, self.engine)

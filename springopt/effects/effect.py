@@ -18,7 +18,7 @@ that it takes, its forces against the motion and their derivatives by the veloci
 tangent the block of each pair of nodes goes that the effect declared: `blocks.add_to_block` reads it.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
@@ -28,6 +28,7 @@ from numba import types
 
 from springopt.checks import Floats, Integers
 from springopt.effects.lanes import intrinsic
+from springopt.errors import UserError
 from springopt.lattice import SpringLattice
 
 _INTEGERS, _FLOATS = types.CPointer(types.int64), types.CPointer(types.float64)
@@ -134,6 +135,15 @@ class Effect:
     def masses(self, lattice: SpringLattice, values: Mapping[str, Floats]) -> Floats | None:
         """Mass of each node, shape (..., n), for parameters of shape (..., k) each, linear in them; or None."""
         return None
+
+
+def checked_effects(effects: Sequence[Effect] | Effect | None) -> tuple[Effect, ...]:
+    """The effects of a list, or the one that was given in place of it; refuses what is none."""
+    several = (effects,) if isinstance(effects, Effect) else tuple(effects or ())
+    for effect in several:
+        if not isinstance(effect, Effect):
+            raise UserError(f"effects must be a list of Effect, not {type(effect).__name__}; try Gravity((0, -9.81)).")
+    return several
 
 
 @intrinsic

@@ -10,15 +10,6 @@ from springopt.errors import UserError
 from springopt.lattice import SpringLattice
 
 
-def checked_effects(effects: Sequence[Effect]) -> tuple[Effect, ...]:
-    """The effects of a list, or the one that was given in place of it."""
-    effects = (effects,) if isinstance(effects, Effect) else tuple(effects or ())
-    for effect in effects:
-        if not isinstance(effect, Effect):
-            raise UserError(f"effects must be a list of Effect, not {type(effect).__name__}; try Gravity((0, -9.81)).")
-    return effects
-
-
 def body_forces(lattice: SpringLattice, effects: Sequence[Effect], thickness: float = 1.0) -> Floats:
     """The sum of the forces that depend on nothing [force], shape (n, d)."""
     total = np.zeros(lattice.nodes.shape)

@@ -9,13 +9,13 @@ import numpy as np
 from scipy.sparse import csc_matrix, diags_array, eye_array, kron
 
 from springopt.checks import Floats, floats, require_nonnegative, require_positive, require_shape
-from springopt.effects.effect import Effect
+from springopt.effects.effect import Effect, checked_effects
 from springopt.errors import UserError, did_you_mean
 from springopt.lattice import SpringLattice
 from springopt.load_case import LoadCase
 from springopt.nodal_volumes import nodal_volumes
 from springopt.reference.body_among_effects import BodyAmongEffects, LinearBody
-from springopt.reference.body_forces import body_forces, checked_effects
+from springopt.reference.body_forces import body_forces
 from springopt.reference.discretization import discretize, mass_matrix
 from springopt.reference.elastic_body import ElasticBody
 from springopt.reference.elements import StandardElements

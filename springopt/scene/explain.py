@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from springopt.effects.effect import Effect, Kernel
+from springopt.forward.choose import Choice
 from springopt.forward.terms import Term
 from springopt.load_case import LoadCase
 from springopt.model import Model
@@ -20,6 +21,7 @@ LOOPS = {
     "sparse": "arrive, aim, depart",
     "iterative": "arrive, aim, depart",
     "linear": "evaluate_forces",
+    "linear in lanes": "solve_eights",
 }
 LOOPS_IN_MOTION = {"lanes": "follow_motions"}
 
@@ -107,7 +109,7 @@ def explain(scene: Scene) -> Explanation:
             solver=group.choice.solver,
             unknowns=group.choice.unknowns,
             half_bandwidth=group.choice.half_bandwidth,
-            loop=LOOPS_IN_MOTION.get(group.choice.engine, "motion.sparse") if is_motion else LOOPS[group.choice.engine],
+            loop=_loop(group.choice, is_motion),
             why=group.choice.why,
         )
         for group in model.groups(cases)
@@ -128,6 +130,13 @@ def explain(scene: Scene) -> Explanation:
             for name in table.name
         ],
     )
+
+
+def _loop(choice: Choice, is_motion: bool) -> str:
+    if is_motion:
+        return LOOPS_IN_MOTION.get(choice.engine, "motion.sparse")
+    is_linear_in_lanes = (choice.engine, choice.solver) == ("linear", "lanes")
+    return LOOPS["linear in lanes" if is_linear_in_lanes else choice.engine]
 
 
 def _note(term: Term, model: Model, is_motion: bool) -> EffectNote:

@@ -44,6 +44,13 @@ def test_size_kinematics_and_effects_show(tmp_path, kinematics, engine):
     assert "costs nothing" in gravity.brings
 
 
+def test_the_loop_is_the_one_that_solves(tmp_path):
+    for kinematics, loop in (("exact", "find_equilibria"), ("linear", "solve_eights")):
+        path = tmp_path / f"{kinematics}.toml"
+        path.write_text(f'title = "Mine"\nextends = "paper-stiffness-2d"\nkinematics = "{kinematics}"\n')
+        assert {note.loop for note in explain(load_scene(path)).supports} == {loop}
+
+
 def test_a_scene_asks_for_an_engine_and_solves_with_it(tmp_path):
     text = 'title = "Mine"\nextends = "paper-topology-2d-isotropic"\nengine = "sparse"\n'
     (tmp_path / "mine.toml").write_text(text)

@@ -68,13 +68,11 @@ def move(
 
 def options_of(group: Group, stepping: Stepping, tolerance: float) -> Options:
     """What the kernels need to know of the time steps."""
-    length = group.plan.step_limit
     return Options(
         step=float(stepping.step),
         is_midpoint=stepping.integrator == ENERGY_MOMENTUM,
-        allowed=0.0 if stepping.step_error is None else float(stepping.step_error) * length,
+        allowed=0.0 if stepping.step_error is None else float(stepping.step_error) * group.plan.step_limit,
         tolerance=tolerance,
-        length=length,
     )
 
 

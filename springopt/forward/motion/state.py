@@ -79,7 +79,6 @@ class Options(NamedTuple):
     is_midpoint: bool  # energy-momentum; else l-stable
     allowed: float  # error of a step [length]; 0: any
     tolerance: float
-    length: float  # of a typical spring
 
 
 class Motion(NamedTuple):
