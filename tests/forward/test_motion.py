@@ -251,7 +251,7 @@ def test_a_node_without_mass_is_refused_or_followed_by_stages():
 
 
 def test_a_motion_that_breaks_off_says_so():
-    """A step of 256 from rest finds no balance: the way ends where it stopped, and a sixteenth of the step gets through."""
+    """A step of 256 from rest finds no balance: the way ends where it stopped; a sixteenth of it gets through."""
     case = pulled(GRID, 256.0 * np.arange(1, 4))
     stiffness = np.random.default_rng(7).uniform(2.0, 6.0, GRID.spring_count)
 
