@@ -1,0 +1,1 @@
+"""What accuracy costs in time, on a scene and a machine: settings measured along each axis that the scene has."""

@@ -1,0 +1,1 @@
+"""The axes, one a file."""
