@@ -15,7 +15,7 @@ from springopt.optimizer import Optimizer
 from springopt.registry import distribution_of
 
 _LIBRARIES = ("springopt", "numpy", "scipy", "numba")
-_BESIDE_THE_ANSWERS = ("analysis", "benchmark", "cli", "comparison", "report", "reproduction", "testing")
+_BESIDE_THE_ANSWERS = ("analysis", "benchmark", "cli", "comparison", "report", "reproduction", "testing", "tradeoff")
 
 
 def this_origin(optimizer: type[Optimizer], start: type[Optimizer] | None = None) -> dict[str, str]:
@@ -30,7 +30,7 @@ def this_origin(optimizer: type[Optimizer], start: type[Optimizer] | None = None
         "springopt's sources": _sources(),
         "the optimizer of": _distribution(optimizer),
         **({"the start of": _distribution(start)} if start else {}),
-        "processor": _processor(),
+        "processor": processor(),
     }
 
 
@@ -70,8 +70,8 @@ def _sources() -> str:
     return digest.hexdigest()
 
 
-def _processor() -> str:
-    """The model's name where the system tells it, else its architecture."""
+def processor() -> str:
+    """The processor: the model's name where the system tells it, else its architecture."""
     try:
         model = re.search(r"^model name\s*: (.+)$", Path("/proc/cpuinfo").read_text(), re.MULTILINE)
     except OSError:

@@ -8,17 +8,15 @@ rounds and the range of the middle half. So what an effect makes harder for the 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from springopt.analysis.effect_variants import Variant, candidate_at, variants_of
 from springopt.analysis.point import Point
 from springopt.checks import Floats
 from springopt.forward.status import STATUSES, has_equilibrium
-from springopt.forward.terms import Terms
-from springopt.model import Model
-from springopt.parameters import Parameters
 from springopt.scene import Setup
 
 Progress = Callable[[int, int | None, str], None]
@@ -62,8 +60,8 @@ def effect_shares(
     setup: Setup, point: Point, *, accuracy: float, seconds: float, progress: Progress | None = None
 ) -> EffectShares:
     """Measured for so many seconds, seven rounds at least; `accuracy` is relative to the displacements."""
-    whole = _Variant("everything", setup.model, _candidate(setup, point))
-    variants, left_out = _variants(setup, whole)
+    whole = Variant("everything", setup.model, candidate_at(setup, point))
+    variants, left_out = variants_of(setup, whole)
     known = whole.solve(setup)
     found = {variant.name: variant.solve(setup) for variant in variants}
     lost = {name: _lost(setup, known, answer) for name, answer in found.items()}
@@ -89,68 +87,7 @@ def effect_shares(
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Variant:
-    """A model with everything, or with one thing less."""
-
-    name: str
-    model: Model
-    candidate: Parameters
-
-    def solve(self, setup: Setup, copies: int = 1) -> tuple[Floats, Floats]:
-        """(displacements (c, ...), codes (c,)) of all load cases, so many times."""
-        model, candidates = self.model.candidates(self.candidate, axes=1)
-        answers = model.find(model.groups(setup.cases), candidates.repeat(copies, axis=0), setup.objective.tolerance)
-        return answers.displacements[0].reshape(len(setup.cases), -1), answers.codes[0]
-
-
-def _candidate(setup: Setup, point: Point) -> Parameters:
-    row = setup.encoding.decode(point.numbers)
-    springs = setup.lattice.spring_count
-    columns = {name: setup.model.terms.count(name) for name in setup.model.fitted}
-    ends = springs + np.cumsum([0, *columns.values()])
-    values = {name: row[begin : begin + count] for (name, count), begin in zip(columns.items(), ends, strict=False)}
-    return Parameters(row[:springs], values)
-
-
-def _variants(setup: Setup, whole: _Variant) -> tuple[list[_Variant], dict[str, str]]:
-    model, terms = whole.model, whole.model.terms
-    variants, left_out = [], {}
-    for number, term in enumerate(terms.terms):
-        if setup.cases[0].times is not None and [t.name for t in terms.terms if t.has_masses] == [term.name]:
-            left_out[term.name] = "without masses nothing moves in time"
-            continue
-        variants.append(_without(whole, number))
-    if model.kinematics == "exact" and setup.cases[0].times is None:
-        refusing = [term.name for term in terms.terms if not term.effect.has_expansion_at_rest]
-        if refusing:
-            left_out["exact kinematics"] = f"small displacements would leave {' and '.join(refusing)} out"
-        else:
-            variants.append(_Variant("exact kinematics", replace(model, kinematics="linear"), whole.candidate))
-    return variants, left_out
-
-
-def _without(whole: _Variant, number: int) -> _Variant:
-    """Everything but one effect; a second one of its kind takes its name."""
-    model = whole.model
-    effects = [effect for other, effect in enumerate(model.effects) if other != number]
-    before = [term.name for other, term in enumerate(model.terms.terms) if other != number]
-    after = dict(zip(before, (term.name for term in Terms.of(model.lattice, effects).terms), strict=True))
-    values = _renamed(whole.candidate.values, after)
-    name = model.terms.terms[number].name
-    return _Variant(
-        name, replace(model, effects=effects, fitted=tuple(values)), replace(whole.candidate, values=values)
-    )
-
-
-def _renamed(values: Mapping[str, object], names: Mapping[str, str]) -> dict[str, Floats]:
-    split = {name: name.split(".", 1) for name in values}
-    return {
-        f"{names[effect]}.{own}": np.asarray(values[name]) for name, (effect, own) in split.items() if effect in names
-    }
-
-
-def _copies(setup: Setup, whole: _Variant) -> int:
+def _copies(setup: Setup, whole: Variant) -> int:
     copies = 8
     while copies < MOST_CANDIDATES:
         begin = time.process_time()
@@ -162,7 +99,7 @@ def _copies(setup: Setup, whole: _Variant) -> int:
 
 
 def _measure(
-    setup: Setup, variants: Sequence[_Variant], copies: int, seconds: float, progress: Progress | None
+    setup: Setup, variants: Sequence[Variant], copies: int, seconds: float, progress: Progress | None
 ) -> Floats:
     """Processor seconds, shape (rounds, variants)."""
     rounds: list[list[float]] = []

@@ -20,6 +20,7 @@ COMMANDS = {
     "simulate": "Deform a mass-spring model of given stiffness under a scene's load cases.",
     "explain": "Say which engine solves a scene's load cases, and why.",
     "identify": "Say which springs a scene's load cases identify, and how well.",
+    "tradeoff": "Measure what accuracy costs in time, on a scene and this machine.",
     "floor": "Compute and store the lowest value known of a scene.",
     "reproduce": "Make every figure and table of the paper again, ours beside it.",
     "show": "Show what a run found, as tables and as a figure.",

@@ -10,6 +10,7 @@ from springopt.errors import UserError
 FIGURE_ENDINGS = (".png", ".pdf", ".svg")
 ARRAY_ENDINGS = (".npz",)
 TABLE_ENDINGS = (".csv",)
+PAGE_ENDINGS = (".html", ".md")
 
 
 def require_new_folder(path: str) -> Path:
@@ -46,3 +47,12 @@ def require_new(path: str, endings: tuple[str, ...]) -> Path:
     if output.exists():
         raise UserError(f"{path} exists already, and nothing is overwritten; name another file.")
     return output
+
+
+def require_new_page(path: str) -> Path:
+    """The path of a page; where it is Markdown, nothing may be where its folder of pictures comes, either."""
+    page = require_new(path, PAGE_ENDINGS)
+    pictures = page.with_suffix("")
+    if page.suffix.lower() == ".md" and pictures.exists():
+        raise UserError(f"{pictures}, where the pictures would be, exists already; name another page.")
+    return page

@@ -10,7 +10,7 @@ import numpy as np
 
 from springopt.checks import Floats
 from springopt.scene import Scene, Setup
-from springopt.tradeoff.clock import Progress, time_all
+from springopt.tradeoff.clock import Progress, Timing, time_all
 from springopt.tradeoff.interval import Interval
 
 
@@ -26,6 +26,7 @@ class Setting:
     states: Mapping[str, Any] = field(default_factory=dict)  #: how a scene states it, as {"objective.tolerance": 1e-4}
     is_stated: bool = False  #: whether the scene states it
     numbers: Mapping[str, float] = field(default_factory=dict)  #: what else is known of it, as its springs
+    explain: Callable[[Any], str] = lambda answer: ""  #: why some of what `run` returns are no answers
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +90,7 @@ class Findings:
     points: Sequence[Point]
     marks: Mapping[str, float] = field(default_factory=dict)  #: times [s] to mark in the figure, by what they are
     notes: Sequence[str] = ()  #: sentences a reader needs
+    numbers: Mapping[str, Any] = field(default_factory=dict)  #: what else was found, for machines
 
 
 @dataclass(frozen=True)
@@ -101,6 +103,8 @@ class Axis:
     time: str  #: what takes the time, for a label: "one forward solve"
     missing: Callable[[Scene], str | None]  #: why a scene does not have it, in words that follow "because"; None if so
     measure: Callable[[Setup, Request], Findings]
+    shown: Sequence[str] = ()  #: which of the points' numbers the table shows
+    is_graded: bool = True  #: whether its settings are more and more accurate, so that a digit has a price
     is_of_positions: bool = True  #: whether the error is a share of the displacements, as in `errors.relative_errors`
 
 
@@ -109,17 +113,20 @@ def measure_settings(settings: Sequence[Setting], request: Request) -> list[Poin
     wanted = [setting for setting in settings if request.wants(setting.series, setting.name)]
     tasks = [(f"{setting.series}, {setting.name}", setting.run) for setting in wanted]
     timings = time_all(tasks, request.seconds, request.progress)
-    return [
-        Point(
-            series=setting.series,
-            name=setting.name,
-            errors=setting.judge(setting.run()),
-            processor=timing.processor / setting.solves,
-            wall=timing.wall / setting.solves,
-            warm_up=timing.warm_up,
-            states=setting.states,
-            is_stated=setting.is_stated,
-            numbers=setting.numbers,
-        )
-        for setting, timing in zip(wanted, timings, strict=True)
-    ]
+    return [_point(setting, timing, setting.run()) for setting, timing in zip(wanted, timings, strict=True)]
+
+
+def _point(setting: Setting, timing: Timing, answer: Any) -> Point:
+    errors = setting.judge(answer)
+    return Point(
+        series=setting.series,
+        name=setting.name,
+        errors=errors,
+        processor=timing.processor / setting.solves,
+        wall=timing.wall / setting.solves,
+        warm_up=timing.warm_up,
+        states=setting.states,
+        is_stated=setting.is_stated,
+        numbers=setting.numbers,
+        why="" if np.isfinite(errors).all() else setting.explain(answer),
+    )

@@ -1,0 +1,44 @@
+"""Where to spend: the errors of the scene's own settings beside each other, on one scale."""
+
+from __future__ import annotations
+
+from springopt.tradeoff.measure import Measured, Tradeoff
+from springopt.tradeoff.point import Point
+
+#: What is below this share of the largest error can't be seen beside it.
+UNSEEN = 0.01
+#: A setting that saves less than this share of the time is not worth a sentence.
+WORTH = 0.1
+
+
+def advise(tradeoff: Tradeoff) -> list[str]:
+    """Sentences, the most important first; none where the scene's own settings have no errors on one scale."""
+    found = [(each, each.stated) for each in tradeoff.measured if each.axis.is_of_positions]
+    stated = sorted(
+        ((each, point.error.value, point) for each, point in found if point is not None and point.error is not None),
+        key=lambda entry: -entry[1],
+    )
+    if len(stated) < 2:
+        return []
+    errors = ", ".join(f"{error:.2g} ({each.axis.name})" for each, error, _ in stated)
+    largest, most, _ = stated[0]
+    said = [f"As the scene states it, positions are off by {errors} of the displacements."]
+    price = f": {largest.price.said}" if largest.price else ""
+    said.append(f"The {largest.axis.name} is the largest part, so spend there{price}.")
+    said += [sentence for each, _, point in stated[1:] if (sentence := _saving(each, point, most))]
+    return said
+
+
+def _saving(measured: Measured, stated: Point, most: float) -> str | None:
+    """A cheaper setting of an axis whose error would still not be seen beside the largest."""
+    wanted = [p for p in measured.points if p.is_good and p.error is not None and p.error.high <= UNSEEN * most]
+    cheapest = min(wanted, key=lambda point: point.processor_seconds.value, default=None)
+    if cheapest is None or cheapest is stated:
+        return None
+    share = cheapest.processor_seconds.value / stated.processor_seconds.value
+    if share > 1.0 - WORTH:
+        return None
+    return (
+        f"{measured.axis.name}: {cheapest.series}, {cheapest.name} would do (its error is below {UNSEEN:.0%} of that) "
+        f"and takes {share:.2g} of the time."
+    )

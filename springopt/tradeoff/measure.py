@@ -1,0 +1,83 @@
+"""The tradeoff of a scene: every axis that it has measured, what one digit more costs, and where to spend."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from springopt.errors import UserError
+from springopt.scene import Setup
+from springopt.tradeoff.clock import Progress
+from springopt.tradeoff.front import Price, pareto_front, price_of_a_digit
+from springopt.tradeoff.point import Axis, Findings, Point, Request
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """An axis that was measured."""
+
+    axis: Axis
+    findings: Findings
+    seconds: float  #: that it took, on the wall
+
+    @property
+    def points(self) -> Sequence[Point]:
+        return self.findings.points
+
+    @property
+    def front(self) -> list[Point]:
+        return pareto_front(self.points)
+
+    @property
+    def price(self) -> Price | None:
+        """Of a digit along the front."""
+        return price_of_a_digit(self.points) if self.axis.is_graded else None
+
+    @property
+    def prices(self) -> dict[str, Price]:
+        """Of a digit along each series that has one."""
+        names = dict.fromkeys(point.series for point in self.points if self.axis.is_graded)
+        found = {name: price_of_a_digit([p for p in self.points if p.series == name]) for name in names}
+        return {name: price for name, price in found.items() if price is not None}
+
+    @property
+    def stated(self) -> Point | None:
+        """What the scene states, where it has an error."""
+        return next((point for point in self.points if point.is_stated and point.error is not None), None)
+
+
+@dataclass(frozen=True, eq=False)
+class Tradeoff:
+    """All axes of a scene."""
+
+    measured: Sequence[Measured]
+    missing: Mapping[str, str]  #: axes that the scene does not have, and why
+
+
+def measure(setup: Setup, axes: Sequence[Axis], *, seconds: float, progress: Progress | None = None) -> Tradeoff:
+    """Measures axes one after the other, for so many seconds together; what one leaves the others share.
+
+    Raises UserError where the scene has none of them.
+    """
+    missing = {axis.name: why for axis in axes if (why := axis.missing(setup.scene)) is not None}
+    present = [axis for axis in axes if axis.name not in missing]
+    if not present:
+        said = "; ".join(f"{name}: {why}" for name, why in missing.items())
+        raise UserError(f"scene {setup.scene.name} has none of these axes ({said}); name another --axis.")
+    measured: list[Measured] = []
+    begin = time.perf_counter()
+    for number, axis in enumerate(present):
+        left = max(seconds - (time.perf_counter() - begin), 0.0)
+        measured.append(_measured(setup, axis, left / (len(present) - number), progress))
+    return Tradeoff(measured, missing)
+
+
+def _measured(setup: Setup, axis: Axis, seconds: float, progress: Progress | None) -> Measured:
+    def show(done: int, total: int | None, words: str) -> None:
+        if progress:
+            progress(done, total, f"{axis.name}: {words}")
+
+    begin = time.perf_counter()
+    findings = axis.measure(setup, Request(seconds, show))
+    return Measured(axis, findings, time.perf_counter() - begin)
