@@ -39,6 +39,7 @@ def _axis(measured: Measured) -> dict[str, Any]:
         "error": axis.error,
         "time": axis.time,
         "shown": list(axis.shown),
+        "is_graded": axis.is_graded,
         "points": [_point(point) | {"on_front": point in front} for point in measured.points],
         "price_of_a_digit": _price(price),
         "prices_of_a_digit": {series: _price(price) for series, price in measured.prices.items()},

@@ -17,6 +17,8 @@ MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "*")
 LEGEND_COLUMNS = 3
 MOST_LABELS = 14  # points whose settings are written beside them
 LABEL_LENGTH = 24
+ROUNDING = 1e-16  # of an error on a relative scale: what is smaller is shown here
+_LINES: Any = {"linewidth": 0.9, "elinewidth": 0.6, "markersize": 4, "zorder": 3}
 
 
 def draw_tradeoff(axis: Mapping[str, Any]) -> Figure:
@@ -31,11 +33,12 @@ def draw_tradeoff(axis: Mapping[str, Any]) -> Figure:
             of_series = [point for point in axis["points"] if point["series"] == name]
             colour = style.SERIES[number % len(style.SERIES)]
             marker = MARKERS[(number // len(style.SERIES) + number) % len(MARKERS)]
-            _draw_series(axes, name, of_series, bottom, colour, marker)
+            _draw_series(axes, name, of_series, bottom, fmt=f"{marker}{'-' if axis['is_graded'] else ''}", color=colour)
         _draw_front(axes, axis["points"], bottom)
         axes.set(
             xscale="log", yscale="log", xlabel=f"processor time of {axis['time']} [s]", ylabel=_label(axis["error"])
         )
+        _show_all_times(axes, axis)
         _draw_failures(axes, axis["points"], series)
         _draw_marks(axes, axis["marks"])
         if len(axis["points"]) <= MOST_LABELS:
@@ -51,29 +54,16 @@ def draw_tradeoff(axis: Mapping[str, Any]) -> Figure:
 
 
 def _draw_series(
-    axes: Axes, name: str, points: Sequence[Mapping[str, Any]], bottom: float, colour: str, marker: str
+    axes: Axes, name: str, points: Sequence[Mapping[str, Any]], bottom: float, *, fmt: str, color: str
 ) -> None:
-    """The points of a series in their order, joined; hollow where some answers are none."""
+    """The points of a series in their order, joined where they are graded; hollow where some answers are none."""
     found = [point for point in points if point["error"]]
-    if not found:
-        axes.plot([], [], color=colour, marker=marker, markersize=4, linewidth=0.9, label=name)
-        return
     times, time_bars = _bars([point["processor_seconds"] for point in found], 0.0)
     errors, error_bars = _bars([point["error"] for point in found], bottom)
-    axes.errorbar(
-        times,
-        errors,
-        yerr=error_bars,
-        xerr=time_bars,
-        color=colour,
-        linewidth=0.9,
-        elinewidth=0.6,
-        label=name,
-        zorder=3,
-    )
+    axes.errorbar(times, errors, yerr=error_bars, xerr=time_bars, fmt=fmt, color=color, label=name, **_LINES)
     for time, error, point in zip(times, errors, found, strict=True):
-        face = "white" if point["failures"] else colour
-        axes.plot(time, error, marker, color=colour, markersize=4, markerfacecolor=face, zorder=4)
+        if point["failures"]:
+            axes.plot(time, error, fmt[0], color=color, markersize=4, markerfacecolor="white", zorder=4)
         if point["is_stated"]:
             axes.plot(time, error, "o", markersize=9, markerfacecolor="none", color=style.INK, zorder=5)
 
@@ -87,6 +77,14 @@ def _draw_front(axes: Axes, points: Sequence[Mapping[str, Any]], bottom: float) 
     if any(point["is_stated"] for point in points):
         ring: Any = {"markersize": 8, "markerfacecolor": "none", "linestyle": "none", "color": style.INK}
         axes.plot([], [], marker="o", label="as the scene states it", **ring)
+
+
+def _show_all_times(axes: Axes, axis: Mapping[str, Any]) -> None:
+    """Those of settings without an answer too."""
+    times = [point["processor_seconds"][end] for point in axis["points"] for end in ("low", "high")]
+    times = [time for time in (*times, *axis["marks"].values()) if time > 0.0]
+    if times:
+        axes.set_xlim(min(times) / 1.5, 1.5 * max(times))
 
 
 def _draw_failures(axes: Axes, points: Sequence[Mapping[str, Any]], series: Sequence[str]) -> None:
@@ -125,13 +123,15 @@ def _name_points(axes: Axes, points: Sequence[Mapping[str, Any]], bottom: float)
 
 def _bars(intervals: Sequence[Mapping[str, float]], bottom: float) -> tuple[Any, Any]:
     """Middles, and the bars below and above them, shape (2, points)."""
-    value, low, high = (np.maximum([each[name] for each in intervals], bottom) for name in ("value", "low", "high"))
+    table = np.array([[each[name] for name in ("value", "low", "high")] for each in intervals]).reshape(-1, 3)
+    value, low, high = np.maximum(table, bottom).T
     return value, np.array([value - low, high - value])
 
 
 def _bottom(points: Sequence[Mapping[str, Any]]) -> float:
     """Where the log scale shows an error of zero."""
-    return style.bottom(np.array([point["error"]["low"] for point in points if point["error"]], dtype=float))
+    least = style.bottom(np.array([point["error"]["value"] for point in points if point["error"]], dtype=float))
+    return max(least, ROUNDING)
 
 
 def _label(words: str) -> str:
