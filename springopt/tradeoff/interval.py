@@ -38,10 +38,14 @@ class Interval:
 
 @cache
 def _left_out(count: int) -> int:
-    """How many of the ordered numbers may be left out at either end: the median lies beyond with 5 % at most."""
-    tail, left_out = 0.0, 0
-    while True:
-        tail += comb(count, left_out) / 2**count
-        if tail > (1 - CONFIDENCE) / 2 or 2 * (left_out + 1) >= count:
-            return left_out
+    """How many of the ordered numbers may be left out at either end: the median lies beyond with 5 % at most.
+
+    It is below the number after the k least where k of the numbers or fewer are below it.
+    """
+    tail, left_out = 2.0**-count, 0
+    while left_out + 1 < count / 2:
+        tail += comb(count, left_out + 1) / 2**count
+        if tail > (1 - CONFIDENCE) / 2:
+            break
         left_out += 1
+    return left_out
