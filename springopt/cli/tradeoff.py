@@ -13,6 +13,7 @@ import click
 
 from springopt.cli.bar import counting_bar
 from springopt.cli.main import COMMANDS
+from springopt.cli.names import split_names
 from springopt.cli.outputs import require_new_page
 from springopt.cli.results import print_table
 from springopt.errors import UserError
@@ -26,8 +27,8 @@ SHARE_FOR_ANSWERS = 0.25  # of the seconds, to run again what answers the revers
     "--axis",
     "axes",
     multiple=True,
-    metavar="NAME",
-    help="solver, effects, stepping, reference, model, load-cases or optimizer; repeatable.  [default: all]",
+    metavar="NAME,...",
+    help="solver, effects, stepping, reference, model, load-cases or optimizer.  [default: all]",
 )
 @click.option(
     "--seconds",
@@ -85,7 +86,8 @@ def command(
     from springopt.scene import load_scene
     from springopt.tradeoff.axes import choose_axes
 
-    chosen, loaded = choose_axes(axes), load_scene(scene)
+    names = split_names("--axis", axes)
+    chosen, loaded = choose_axes(names), load_scene(scene)
     page = _page(out, loaded.name, as_json)
     is_asked = target_error is not None or time is not None
     with redirect_stdout(sys.stderr), counting_bar() as show:  # standard output is ours: optimizers may print
@@ -106,7 +108,7 @@ def command(
     if page is not None:
         from springopt.report.tradeoff.page import write_tradeoff
 
-        write_tradeoff(page, answer, _command_line(scene, axes, seconds, target_error, time))
+        write_tradeoff(page, answer, _command_line(scene, names, seconds, target_error, time))
     if as_json:
         click.echo(json.dumps(answer, allow_nan=False))
         return
