@@ -86,8 +86,8 @@ def designed(setup: Setup, found: Design) -> Iterator[CaseSet]:
 def run_design(setup: Setup) -> Design:
     """Picks by the criterion D, from the scene's other training load cases and from generated ones.
 
-    None is a test load case, at any size of its load. At the analytic start, or where there is none as `choose_point`
-    has it without one: what is known before anything was identified.
+    No generated one is a load case of the scene, training or test, at another size of its load. Sensitivities are those
+    at the analytic start or, where there is none, in the middle of the box: what is known before identification.
     """
     training = [number for number, case in enumerate(setup.cases) if case.role == "train"]
     point = _point(setup)
@@ -145,13 +145,13 @@ def _point(setup: Setup) -> Point:
 def _candidates(setup: Setup, point: Point, wanted: int) -> list[Candidate]:
     """The scene's own, and as many generated ones, evenly chosen, as can be looked at in reasonable time."""
     own = [Candidate(case) for case in setup.cases if case.role == "train"][1:]
-    tests = [case for case in setup.cases if case.role == "test"]
     try:
         new = generated(setup, setup.encoding.decode(point.numbers))
     except UserError:  # nothing moves, so that new loads have no size
         new = []
     names = {case.name for case in setup.cases}
-    new = [each for each in new if each.case.name not in names and not any(_is_same(each.case, t) for t in tests)]
+    new = [each for each in new if each.case.name not in names]
+    new = [each for each in new if not any(_is_same(each.case, case) for case in setup.cases)]
     room = max(2 * wanted, int(MOST_WORK / (max(wanted, 1) * setup.encoding.size**3))) - len(own)
     step = int(np.ceil(len(new) / max(room, 1))) if new else 1
     return [*own, *new[::step]]

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from springopt.budget import Budget
-from springopt.errors import NotServed, UserError
+from springopt.errors import NotServed, PluginError
 from springopt.optimizer import NEEDS, Optimizer, require_supplies
 from springopt.options import make_optimizer
 from springopt.problem import Problem
@@ -49,13 +49,13 @@ def say_refused(refused: Mapping[str, str]) -> list[str]:
     names: dict[str, list[str]] = {}
     for name, why in sorted(refused.items()):
         names.setdefault(why, []).append(name)
-    said = "; ".join(f"{', '.join(who)}, because of {why}" for why, who in names.items())
-    return [f"Left out: {said}."] if said else []
+    said = "; ".join(f"for {why}: {', '.join(who)}" for why, who in names.items())
+    return [f"Left out {said}."] if said else []
 
 
 def reason(refusal: NotServed) -> str:
-    """As in "the lack of a real encoding"."""
-    return f"the lack of {NEEDS[refusal.word]}" if refusal.word in NEEDS else f"its {refusal.word}"
+    """In words that follow "for", as "lack of a real encoding" or "motion"."""
+    return f"lack of {NEEDS[refusal.word]}" if refusal.word in NEEDS else refusal.word
 
 
 def _ready(setup: Setup, wanted: set[str]) -> tuple[list[Optimizer], dict[str, str]]:
@@ -64,13 +64,13 @@ def _ready(setup: Setup, wanted: set[str]) -> tuple[list[Optimizer], dict[str, s
     for name, kind in optimizers().items():
         if wanted and name not in wanted:
             continue
+        optimizer = make_optimizer(kind, setup.scene.optimizer_options(name))
         try:
-            optimizer = make_optimizer(kind, setup.scene.optimizer_options(name))
             require_supplies(optimizer, supplies)
         except NotServed as refusal:
             refused[name] = reason(refusal)
-        except UserError as error:
-            refused[name] = f"this: {error}".rstrip(".")
+        except PluginError as error:
+            refused[name] = f"what it states ({error})"
         else:
             ready.append(optimizer)
     return ready, refused
