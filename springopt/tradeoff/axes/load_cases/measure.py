@@ -18,7 +18,6 @@ from springopt.tradeoff.axes.load_cases.identification import (
     LEAST_SEEDS,
     SHORTEST,
     Identification,
-    Method,
     choose_method,
     identify,
 )
@@ -68,7 +67,7 @@ def measure(setup: Setup, request: Request) -> Findings:
         for number, (each, its) in enumerate(zip(wanted, found, strict=True))
     ]
     notes = [
-        _say_method(method),
+        f"Identified by {method.said}, once for each seed.",
         *notes,
         *_say_cut(wanted, found),
         *_say_least(setup, points),
@@ -142,11 +141,6 @@ def _unidentified(setup: Setup, sets: Sequence[CaseSet]) -> dict[int, int]:
         rank = int(np.count_nonzero(values > RANK_TOLERANCE * values[0]))
         found[number] = known.unknowns.shape[1] - rank
     return found
-
-
-def _say_method(method: Method) -> str:
-    ends = "one search" if method.evaluations is None else f"{method.evaluations:,} evaluations"
-    return f"Identified by {method.optimizer.name}, {ends} for each seed."
 
 
 def _say_design(setup: Setup, found: Design) -> list[str]:
