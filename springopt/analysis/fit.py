@@ -1,0 +1,130 @@
+"""The best point of a scene that some seconds find: a fit, where a floor would take its time.
+
+By gauss-newton where it is installed, else by the descents that floors are found by; by gradients alone where a
+Jacobian would be large, and by the first of `BINARY` that is installed where points are bits.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from springopt.analysis.descent import distance_optimum, gradient_optimum, least_squares_optimum
+from springopt.budget import Budget
+from springopt.checks import Floats
+from springopt.errors import BudgetSpent, NoEquilibrium
+from springopt.front import Front
+from springopt.optimizer import Optimizer, require_supplies
+from springopt.options import make_optimizer
+from springopt.problem import Problem
+from springopt.registry import installed, load_optimizer
+from springopt.scene import Setup
+
+GAUSS_NEWTON = "gauss-newton"
+BINARY = ("paper-ga", "random-search")  # the better one first
+SAMPLES = 16  # of which the best is a start
+LARGE = 1_000_000  # numbers in a Jacobian; a step by a larger one takes seconds
+LEAST_SECONDS = 0.05  # of a budget, which is never nothing
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """What was found, and for how much."""
+
+    point: Floats  #: shape (size,)
+    value: float  #: in the scene's own misfit
+    seconds: float  #: on the wall
+    is_cut: bool  #: whether the time ended it
+    method: str
+    front: Front  #: of springs and value, where the optimizer asked for both
+
+
+def fit(
+    setup: Setup,
+    seconds: float,
+    *,
+    seed: int = 0,
+    start: Floats | None = None,
+    optimizer: Optimizer | None = None,
+) -> Fit:
+    """The best point that is found in so many seconds on the wall; always one, with an equilibrium or without.
+
+    Args:
+        setup: the scene.
+        seconds: no question is asked after them; the one that is being answered ends.
+        seed: of all that is drawn.
+        start: a first guess, shape (size,); by default the best of some samples and of the middle of the box.
+        optimizer: instead of the one that is chosen. What it refuses is a UserError.
+    """
+    begun, rng = time.perf_counter(), np.random.default_rng(seed)
+    problem = Problem(setup.objective, setup.encoding, Budget(seconds=max(seconds, LEAST_SECONDS)))
+    method, search = _chosen(setup, problem, optimizer)
+    is_cut = True
+    with threadpool_limits(1, user_api="blas"):
+        try:
+            problem.start_at(_first(problem, rng) if start is None else _asked(problem, start))
+            search(problem, rng)
+            is_cut = False
+        except BudgetSpent:
+            pass
+        except NoEquilibrium:  # nor can a derivative be had then: the best of what was asked is the answer
+            is_cut = False
+    if problem.best_point is None:  # the time was up before the first question
+        point = setup.encoding.upper if start is None else start
+        value = float(setup.objective.evaluate(setup.encoding.decode(point)[None]).values[0])
+        return Fit(point, value, time.perf_counter() - begun, True, method, Front())
+    return Fit(problem.best_point, problem.best_value, time.perf_counter() - begun, is_cut, method, problem.front)
+
+
+def _chosen(
+    setup: Setup, problem: Problem, optimizer: Optimizer | None
+) -> tuple[str, Callable[[Problem, np.random.Generator], None]]:
+    """The name of a search, and the search."""
+    residuals = sum(case.role == "train" for case in setup.cases) * setup.reference_positions[0].size
+    if optimizer is None and setup.encoding.kind == "binary":
+        optimizer = _named(next(name for name in BINARY if name in installed()), setup)
+    elif optimizer is None and residuals * problem.size > LARGE:
+        return "L-BFGS-B", _go_down
+    elif optimizer is None and GAUSS_NEWTON in installed():
+        optimizer = _named(GAUSS_NEWTON, setup)
+    if optimizer is None:
+        return "descents", _descend
+    require_supplies(optimizer, problem.supplies)
+    return optimizer.name, optimizer.minimize
+
+
+def _named(name: str, setup: Setup) -> Optimizer:
+    """With the options that the scene states."""
+    return make_optimizer(load_optimizer(name), setup.scene.optimizer_options(name))
+
+
+def _descend(problem: Problem, rng: np.random.Generator) -> None:
+    """As `floor_search` does from one start."""
+    end = least_squares_optimum(problem, _start(problem, rng))
+    distance_optimum(problem, end, problem.objective.model.lattice.dimension)  # type: ignore[attr-defined]
+
+
+def _go_down(problem: Problem, rng: np.random.Generator) -> None:
+    gradient_optimum(problem, _start(problem, rng))
+
+
+def _start(problem: Problem, rng: np.random.Generator) -> Floats:
+    return problem.sample(rng, 1)[0]
+
+
+def _first(problem: Problem, rng: np.random.Generator) -> Floats:
+    """The middle of the box is asked alone: its answer tells how many more the time allows."""
+    middle = problem.upper if problem.kind == "binary" else (problem.lower + problem.upper) / 2
+    points = np.stack([middle, *problem.sample(rng, SAMPLES)])
+    values = [problem.evaluate(part) for part in (points[:1], points[1:])]
+    return points[int(np.argmin(np.concatenate(values)))]
+
+
+def _asked(problem: Problem, start: Floats) -> Floats:
+    """The start, whose value counts whatever the search makes of it."""
+    problem.evaluate(start[None])
+    return start
