@@ -7,7 +7,8 @@ Jacobian would be large, and by the first of `BINARY` that is installed where po
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,13 +22,16 @@ from springopt.front import Front
 from springopt.optimizer import Optimizer, require_supplies
 from springopt.options import make_optimizer
 from springopt.problem import Problem
+from springopt.random_search import RandomSearch
 from springopt.registry import installed, load_optimizer
+from springopt.rehearsal import rehearse
 from springopt.scene import Setup
 
 GAUSS_NEWTON = "gauss-newton"
 BINARY = ("paper-ga", "random-search")  # the better one first
 SAMPLES = 16  # of which the best is a start
-LARGE = 1_000_000  # numbers in a Jacobian; a step by a larger one takes seconds
+#: Numbers in a Jacobian, for each second that there is: steps by larger ones are too few to be of use.
+LARGE, LEAST_LARGE = 50_000, 50_000
 LEAST_SECONDS = 0.05  # of a budget, which is never nothing
 
 
@@ -60,9 +64,12 @@ def fit(
         start: a first guess, shape (size,); by default the best of some samples and of the middle of the box.
         optimizer: instead of the one that is chosen. What it refuses is a UserError.
     """
+    optimizer = optimizer or _chosen(setup, seconds)
+    if optimizer is not None:
+        rehearse(optimizer, setup)
     begun, rng = time.perf_counter(), np.random.default_rng(seed)
     problem = Problem(setup.objective, setup.encoding, Budget(seconds=max(seconds, LEAST_SECONDS)))
-    method, search = _chosen(setup, problem, optimizer)
+    method, search = _search(setup, problem, optimizer, seconds)
     is_cut = True
     with threadpool_limits(1, user_api="blas"):
         try:
@@ -80,32 +87,47 @@ def fit(
     return Fit(problem.best_point, problem.best_value, time.perf_counter() - begun, is_cut, method, problem.front)
 
 
-def _chosen(
-    setup: Setup, problem: Problem, optimizer: Optimizer | None
+def warm_up(setups: Sequence[Setup]) -> None:
+    """What the first fits of a process would pay for all: imports, and kernels that are compiled."""
+    for setup in setups:
+        rehearse(_chosen(setup, 0.0) or RandomSearch(), setup)
+        if setup.encoding.differentiable:
+            with suppress(NoEquilibrium):
+                setup.objective.gradient(setup.encoding.decode(setup.encoding.upper))
+
+
+def _chosen(setup: Setup, seconds: float) -> Optimizer | None:
+    """The optimizer for a scene; None where a descent of our own is the better choice, or the only one."""
+    if setup.encoding.kind == "binary":
+        return _named(next(name for name in BINARY if name in installed()), setup)
+    return None if _is_large(setup, seconds) or GAUSS_NEWTON not in installed() else _named(GAUSS_NEWTON, setup)
+
+
+def _is_large(setup: Setup, seconds: float) -> bool:
+    residuals = sum(case.role == "train" for case in setup.cases) * setup.reference_positions[0].size
+    return residuals * setup.encoding.size > max(LEAST_LARGE, LARGE * seconds)
+
+
+def _search(
+    setup: Setup, problem: Problem, optimizer: Optimizer | None, seconds: float
 ) -> tuple[str, Callable[[Problem, np.random.Generator], None]]:
     """The name of a search, and the search."""
-    residuals = sum(case.role == "train" for case in setup.cases) * setup.reference_positions[0].size
-    if optimizer is None and setup.encoding.kind == "binary":
-        optimizer = _named(next(name for name in BINARY if name in installed()), setup)
-    elif optimizer is None and residuals * problem.size > LARGE:
+    if optimizer is not None:
+        require_supplies(optimizer, problem.supplies)
+        return optimizer.name, optimizer.minimize
+    if _is_large(setup, seconds):
         return "L-BFGS-B", _go_down
-    elif optimizer is None and GAUSS_NEWTON in installed():
-        optimizer = _named(GAUSS_NEWTON, setup)
-    if optimizer is None:
-        return "descents", _descend
-    require_supplies(optimizer, problem.supplies)
-    return optimizer.name, optimizer.minimize
+    dimension = setup.lattice.dimension
+
+    def descend(problem: Problem, rng: np.random.Generator) -> None:
+        distance_optimum(problem, least_squares_optimum(problem, _start(problem, rng)), dimension)
+
+    return "descents", descend
 
 
 def _named(name: str, setup: Setup) -> Optimizer:
     """With the options that the scene states."""
     return make_optimizer(load_optimizer(name), setup.scene.optimizer_options(name))
-
-
-def _descend(problem: Problem, rng: np.random.Generator) -> None:
-    """As `floor_search` does from one start."""
-    end = least_squares_optimum(problem, _start(problem, rng))
-    distance_optimum(problem, end, problem.objective.model.lattice.dimension)  # type: ignore[attr-defined]
 
 
 def _go_down(problem: Problem, rng: np.random.Generator) -> None:

@@ -89,6 +89,7 @@ class Findings:
     points: Sequence[Point]
     marks: Mapping[str, float] = field(default_factory=dict)  #: times [s] to mark in the figure, by what they are
     notes: Sequence[str] = ()  #: sentences a reader needs
+    numbers: Mapping[str, Any] = field(default_factory=dict)  #: what the notes say, for programs
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,11 @@ def why_fixed(scene: Scene) -> str | None:
     """Why a scene can't be on other nodes, in words that follow "because"; None if it can."""
     if not isinstance(scene.lattice, GridTable):
         return "its lattice is no grid"
+    return why_springs_stay(scene)
+
+
+def why_springs_stay(scene: Scene) -> str | None:
+    """Why a scene can't have other springs, in words that follow "because"; None if it can."""
     fixed = next((effect.kind for effect in scene.effects if not _is_by_volume(effect)), None)
     return None if fixed is None else f"its effect {fixed} is stated for these nodes and springs, one by one"
 
