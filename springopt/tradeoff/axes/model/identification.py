@@ -16,11 +16,8 @@ from springopt.registry import installed, load_optimizer
 from springopt.scene import Setup
 from springopt.tradeoff.axes.model.variation import (
     CLASSES,
-    FREE,
     Variation,
-    Variations,
     made_ready,
-    on_same_nodes,
     with_encoding,
 )
 from springopt.tradeoff.point import Request

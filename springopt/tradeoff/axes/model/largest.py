@@ -1,9 +1,8 @@
-"""The largest model that keeps up with a rate: the scene's body on more and more nodes, timed until they are too many."""
+"""The largest model that keeps up with a rate: the scene's body on more and more nodes, until they are too many."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,6 +12,7 @@ from springopt.checks import Integers
 from springopt.scene import Scene
 from springopt.scene.build import build_model
 from springopt.scene.lattice_tables import GridTable
+from springopt.scene.load_case_tables import LoadCaseTable
 from springopt.scene.reference_tables import SpringTable
 from springopt.tradeoff.axes.model.identification import Identified
 from springopt.tradeoff.axes.model.real_time import LEAST_STEPS, Clockwork, Step, moving, time_step
@@ -107,12 +107,17 @@ def stage(scene: Scene) -> Scene | None:
     None where no load case is held by sides alone, as it would have to be on any number of nodes.
     """
     for case in [*scene.load_cases.train, *scene.load_cases.test]:
-        if all(isinstance(name, str) for entry in [*case.hold, *case.move] for name in entry.on):
+        if all(isinstance(name, str) for name in _held(case)):
             cases = scene.load_cases.model_copy(update={"train": [case], "test": []})
             springs = SpringTable.model_validate({"kind": "spring", "stiffness": 1.0})
             tables = {"load_cases": cases, "reference": springs}
             return with_encoding(scene, "homogeneous").model_copy(update=tables)
     return None
+
+
+def _held(case: LoadCaseTable) -> list[str | int]:
+    """The sides and nodes that are held or moved."""
+    return [name for hold in case.hold for name in hold.on] + [name for move in case.move for name in move.on]
 
 
 def largest_that_keeps(rate: str, sizes: Sizes, seconds: float) -> Kept:

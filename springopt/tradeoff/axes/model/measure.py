@@ -41,7 +41,7 @@ def measure(setup: Setup, request: Request) -> Findings:
     offered = [find(setup) for find in (encodings, neighbourhoods, resolutions)]
     notes = [note for variations in offered for note in variations.notes]
     wanted = _wanted([each for variations in offered for each in variations.of], request)
-    warm_up([each.setup for each in wanted])
+    _warm_up(setup, wanted)
     begun = time.perf_counter()
     found = identify(wanted, request, begun + FITTED * request.seconds)
     by_name = {(each.variation.series, each.variation.name): each for each in found}
@@ -72,6 +72,18 @@ def _wanted(variations: Sequence[Variation], request: Request) -> list[Variation
         for each in variations
         if request.wants(each.series, each.name) or (needs_free and (each.series, each.name) == FREE)
     ]
+
+
+def _warm_up(setup: Setup, wanted: Sequence[Variation]) -> None:
+    """What is compiled for fits, and for motion in small systems and in large ones."""
+    warm_up([each.setup for each in wanted])
+    row = setup.encoding.decode(setup.encoding.upper)
+    clock = clockwork(setup.scene, setup.model, row, setup.cases[0])
+    for engine in ("lanes", "sparse"):
+        if clock is None:
+            return
+        model = replace(setup.model, kinematics="exact", engine=engine)
+        moving(clock, model, row, setup.cases[0], setup.objective.tolerance).run()
 
 
 def _of_fits(setup: Setup, found: Sequence[Identified]) -> list[str]:
@@ -123,9 +135,7 @@ def _setting(one: Identified, body: Running, step: float | None) -> Setting:
     )
 
 
-def _clock(
-    setup: Setup, found: Sequence[Identified], running: Sequence[Running]
-) -> tuple[Clockwork | None, list[str]]:
+def _clock(setup: Setup, found: Sequence[Identified], running: Sequence[Running]) -> tuple[Clockwork | None, list[str]]:
     """The step of all bodies, by the first one that is held by its springs; and sentences on it."""
     for each, body in zip(found, running, strict=True):
         clock = clockwork(setup.scene, body.model, body.row, each.setup.cases[0])
@@ -177,9 +187,8 @@ def _this_one(points: Sequence[Point], why: str) -> list[str]:
         return [f"How large a model in real time may be was not measured, because {why}."]
     step = own.numbers["step_seconds"]
     said = [f"{rate} is {'kept' if step <= limit else 'not kept'}" for rate, limit in RATES.items()]
-    return [
-        f"Larger models were not tried, because {why}; by this one {' and '.join(said)}: a step takes {1e3 * step:.3g} ms."
-    ]
+    kept = " and ".join(said)
+    return [f"Larger models were not tried, because {why}; by this one {kept}: a step takes {1e3 * step:.3g} ms."]
 
 
 def _marks(points: Sequence[Point]) -> dict[str, float]:

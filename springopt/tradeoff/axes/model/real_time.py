@@ -7,8 +7,8 @@ alone make the same numbers. The period is Rayleigh's (1877): of the deflection 
 alone at small displacements. Dashpots along the springs take 5 % of the critical damping of that swing.
 
 What is timed. A step is implicit, from the state before. A motion of many steps is one call of the compiled loop, so
-that Python and the plan of the factors have no part in it; its time over its steps is a step's. Small systems go through
-lanes, which solve eight equilibria for about the price of one, and a single body fills one of the eight.
+that Python and the plan of the factors have no part in it; its time over its steps is a step's. Small systems go
+through lanes, which solve eight equilibria for about the price of one, and a single body fills one of the eight.
 """
 
 from __future__ import annotations

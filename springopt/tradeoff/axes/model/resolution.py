@@ -1,10 +1,10 @@
 """Variations of a scene in how many cells its grid has, all judged by one finite element mesh that is finer than any.
 
-The loads. A model is loaded as the scene states it: the total on a side is spread evenly over its nodes, few or many. On
-the fine mesh the same total is a uniform traction, by the consistent nodal forces of first-order elements: so that the
-reference is the body's, and what an even spread over few nodes is off by is the model's error. A force at a node that is
-named stays a point force on all of them; the finer a mesh, the further that node gives way, without a limit, so that
-errors of such load cases hold for this mesh alone. The reference is without the noise of the scene's.
+The loads. A model is loaded as the scene states it: the total on a side is spread evenly over its nodes, few or many.
+On the fine mesh the same total is a uniform traction, by the consistent nodal forces of first-order elements: so that
+the reference is the body's, and what an even spread over few nodes is off by is the model's error. A force at a node
+that is named stays a point force on all of them; the finer a mesh, the further that node gives way, without a limit, so
+that errors of such load cases hold for this mesh alone. The reference is without the noise of the scene's.
 """
 
 from __future__ import annotations
