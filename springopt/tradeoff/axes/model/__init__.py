@@ -4,7 +4,7 @@ A setting is a variation of the scene whose stiffness was identified; a point is
 forward solve. Beside it stands the step in real time, which is what such a model is for.
 """
 
-from springopt.tradeoff.axes.model.measure import measure, why_missing
+from springopt.tradeoff.axes.model.findings import measure, why_missing
 from springopt.tradeoff.point import Axis
 
 AXIS = Axis(

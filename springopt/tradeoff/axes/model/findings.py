@@ -92,9 +92,10 @@ def _of_fits(setup: Setup, found: Sequence[Identified]) -> list[str]:
     notes = [f"Stiffness was identified by {', '.join(methods)}, within the time that there was."]
     if all(case.role == "train" for case in setup.cases):
         notes.append("The scene has no test load cases: errors are those of the load cases that it learns from.")
-    cut = [f"{each.variation.series}, {each.variation.name}" for each in found if each.is_cut]
+    cut = [each.variation for each in found if each.is_cut and each.variation.series != SPARSITY]
     if cut:
-        notes.append(f"The time ended these fits, which more of it may improve: {'; '.join(cut)}.")
+        names = "; ".join(f"{variation.series}, {variation.name}" for variation in cut)
+        notes.append(f"The time ended these fits, which more of it may improve: {names}.")
     return notes
 
 
