@@ -3,6 +3,7 @@
 import json
 import time
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -62,10 +63,10 @@ def points_of(findings, series):
 
 
 def test_more_freedom_is_never_worse_in_training(found):
-    misfits = [points_of(found, "encodings")[name].numbers["training_misfit"] for name in (
-        "homogeneous", "two-class", "three-class", "free"
-    )]  # fmt: skip
-    assert all(more <= less * (1 + 1e-6) for less, more in zip(misfits, misfits[1:], strict=False))
+    points = points_of(found, "encodings")
+    names = ("homogeneous", "two-class", "three-class", "free")
+    misfits = [points[name].numbers["training_misfit"] for name in names]
+    assert all(more <= less * (1 + 1e-6) for less, more in pairwise(misfits))
 
 
 def test_every_setting_has_its_errors_times_and_numbers(found):

@@ -13,7 +13,7 @@ from springopt.scene import Scene, Setup
 from springopt.scene.lattice_tables import GridTable
 from springopt.tradeoff.axes.model.identification import SPARSITY, Identified, identify, sparser
 from springopt.tradeoff.axes.model.largest import RATES, Sizes, largest_that_keeps, stage
-from springopt.tradeoff.axes.model.real_time import Clockwork, clockwork, moving, time_step
+from springopt.tradeoff.axes.model.real_time import Clockwork, Step, clockwork, moving, time_step
 from springopt.tradeoff.axes.model.resampling import why_fixed
 from springopt.tradeoff.axes.model.resolution import resolutions
 from springopt.tradeoff.axes.model.running import Running
@@ -23,6 +23,7 @@ from springopt.tradeoff.point import Findings, Point, Request, Setting, measure_
 #: When the parts of the work end, as shares of the time that is asked for: fits, the path to fewer springs, forward
 #: solves, steps in real time; the rest is for the largest models.
 FITTED, SPARSE, SOLVED, STEPPED = 0.4, 0.5, 0.65, 0.75
+LEAST_GROWN = 0.15  # of the time, for these, where what came before took longer than it should
 FREE = ("encodings", "free")
 HOMOGENEOUS = ("encodings", "homogeneous")
 NEAR = 10.0  # a rate is marked where it is within this factor of the times that were found
@@ -54,12 +55,12 @@ def measure(setup: Setup, request: Request) -> Findings:
     notes += _of_fits(setup, found)
     running = [Running.of(each.setup, each.row) for each in found]
     clock, said = _clock(setup, found, running)
-    steps = _steps(clock, running, (STEPPED - SOLVED) * request.seconds / len(running))
+    steps = _steps(clock, running, request)
     points = _points(found, running, steps, request)
     numbers: dict[str, object] = {}
     if clock is not None and not request.only:
-        left = begun + request.seconds - time.perf_counter()
-        kept, numbers = _rates(setup, by_name.get(HOMOGENEOUS), clock, points, left)
+        seconds = max(begun + request.seconds - time.perf_counter(), LEAST_GROWN * request.seconds)
+        kept, numbers = _rates(setup, by_name.get(HOMOGENEOUS), clock, points, replace(request, seconds=seconds))
         said += kept
     return Findings(points, marks=_marks(points), notes=notes + said, numbers=numbers)
 
@@ -100,14 +101,14 @@ def _of_fits(setup: Setup, found: Sequence[Identified]) -> list[str]:
 
 
 def _points(
-    found: Sequence[Identified], running: Sequence[Running], steps: Sequence[float | None], request: Request
+    found: Sequence[Identified], running: Sequence[Running], steps: Sequence[Step | None], request: Request
 ) -> list[Point]:
     settings = [_setting(*each) for each in zip(found, running, steps, strict=True)]
     points = measure_settings(settings, replace(request, seconds=(SOLVED - SPARSE) * request.seconds))
     return [replace(point, why=body.why(body.solve())) for point, body in zip(points, running, strict=True)]
 
 
-def _setting(one: Identified, body: Running, step: float | None) -> Setting:
+def _setting(one: Identified, body: Running, step: Step | None) -> Setting:
     answers, is_test = body.solve(), body.is_test()
     tests = np.array([case.role == "test" for case in one.setup.cases])
     errors, misfits = body.errors(answers), body.misfits(answers)
@@ -123,7 +124,9 @@ def _setting(one: Identified, body: Running, step: float | None) -> Setting:
     if tests.any():
         numbers |= {"test_misfit": float(misfits[tests].mean())}
     if step is not None:
-        numbers |= {"step_seconds": step, "steps_per_second": 1 / step}
+        seconds = step.seconds
+        numbers |= {"step_seconds": seconds.value, "steps_per_second": 1 / seconds.value}
+        numbers |= {"step_seconds_low": seconds.low, "step_seconds_high": seconds.high}
     return Setting(
         series=one.variation.series,
         name=one.variation.name,
@@ -148,19 +151,22 @@ def _clock(setup: Setup, found: Sequence[Identified], running: Sequence[Running]
     return None, ["No step in real time was measured, as no model is held by its springs alone."]
 
 
-def _steps(clock: Clockwork | None, running: Sequence[Running], seconds: float) -> list[float | None]:
-    """Seconds of a step of each body, None where its motion breaks off."""
+def _steps(clock: Clockwork | None, running: Sequence[Running], request: Request) -> list[Step | None]:
+    """The step of each body, None where its motion breaks off, or where there is no clock."""
     if clock is None:
         return [None] * len(running)
-    timed = [
-        time_step(moving(clock, body.model, body.row, body.setup.cases[0], body.setup.objective.tolerance), seconds)
-        for body in running
-    ]
-    return [None if step is None else step.seconds.value for step in timed]
+    seconds = (STEPPED - SOLVED) * request.seconds / len(running)
+    steps = []
+    for done, body in enumerate(running):
+        moved = moving(clock, body.model, body.row, body.setup.cases[0], body.setup.objective.tolerance)
+        steps.append(time_step(moved, seconds))
+        if request.progress:
+            request.progress(done + 1, len(running), "models set in motion")
+    return steps
 
 
 def _rates(
-    setup: Setup, homogeneous: Identified | None, clock: Clockwork, points: Sequence[Point], seconds: float
+    setup: Setup, homogeneous: Identified | None, clock: Clockwork, points: Sequence[Point], request: Request
 ) -> tuple[list[str], dict[str, object]]:
     """Sentences and numbers on how large a model may be, or, where it can't have other nodes, whether this one may."""
     why = why_fixed(setup.scene)
@@ -170,9 +176,11 @@ def _rates(
         return _this_one(points, why), {}
     assert isinstance(setup.scene.lattice, GridTable)
     sizes = Sizes(growing, homogeneous, clock)
-    until = time.perf_counter() + seconds
+    until = time.perf_counter() + request.seconds
     kept = []
     for done, rate in enumerate(RATES):
+        if request.progress:
+            request.progress(done, len(RATES), f"the largest model that keeps {rate}")
         kept.append(largest_that_keeps(rate, sizes, (until - time.perf_counter()) / (len(RATES) - done)))
     lanes = "A single body fills one of the eight lanes in which small systems are solved: eight cost about as much."
     numbers: dict[str, object] = {

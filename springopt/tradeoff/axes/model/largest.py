@@ -21,7 +21,7 @@ from springopt.tradeoff.axes.model.variation import with_encoding
 
 RATES = {"1 kHz": 1e-3, "60 Hz": 1 / 60}  # seconds that a step may take
 FASTEST_GROWTH = 2.0  # of the cells along an axis, from one measurement to the next
-CALLS = 4  # of a motion, until its step is known
+CALLS = 5  # of a motion, until its step is known
 OF_VERIFYING = 0.2  # of the time, to measure once more what was found
 
 
@@ -164,18 +164,25 @@ def _fits(sizes: Sizes, count: int, left: float) -> bool:
 
 def _verified(rate: str, sizes: Sizes, low: int, high: int | None, seconds: float) -> Kept:
     """What was found, measured once more; the next smaller one where it was found by luck."""
-    limit = RATES[rate]
     is_next = high is not None and high - low <= 1
     while low:
-        again = sizes.measure(low, seconds)
-        if again is not None and again.seconds <= limit:
-            sizes.timed[low] = again
+        again = _again(sizes, low, RATES[rate], seconds)
+        if again is not None:
             bound = "at most" if is_next else "at least"
             return Kept(rate, again, is_next, f"{rate} is kept by {bound} {again.said}, {_ms(again.seconds)} a step.")
         low, seconds = low - 1, seconds / 2
     tried = min(sizes.timed.values(), key=lambda size: size.springs, default=None)
     said = "" if tried is None else f": {tried.said} take {_ms(tried.seconds)} a step"
     return Kept(rate, None, False, f"{rate} is kept by no lattice of this body that was measured{said}.")
+
+
+def _again(sizes: Sizes, count: int, limit: float, seconds: float) -> Size | None:
+    """A size by a new measurement that keeps the limit, or by a third one where two differ; None where it does not."""
+    for _ in range(2 if count in sizes.timed else 1):
+        size = sizes.measure(count, seconds)
+        if size is not None and size.seconds <= limit:
+            return size
+    return None
 
 
 def _ms(seconds: float) -> str:
