@@ -29,9 +29,10 @@ from springopt.scene import Setup
 
 GAUSS_NEWTON = "gauss-newton"
 BINARY = ("paper-ga", "random-search")  # the better one first
-SAMPLES = 16  # of which the best is a start
-#: Numbers in a Jacobian, for each second that there is: steps by larger ones are too few to be of use.
+SAMPLES = 8  # of which the best is a start
+#: Numbers in a Jacobian by points, for each second that there is: steps by larger ones are too few to be of use.
 LARGE, LEAST_LARGE = 50_000, 50_000
+BY_STIFFNESS = 20  # times that for the Jacobian by stiffness, from which it is made
 LEAST_SECONDS = 0.05  # of a budget, which is never nothing
 
 
@@ -88,8 +89,13 @@ def fit(
 
 
 def warm_up(setups: Sequence[Setup]) -> None:
-    """What the first fits of a process would pay for all: imports, and kernels that are compiled."""
+    """What the first fits of a process would pay for all: imports, and kernels that are compiled, once each."""
+    done = set()
     for setup in setups:
+        part = (setup.encoding.kind, *sorted({group.choice.engine for group in setup.model.groups(setup.cases)}))
+        if part in done:
+            continue
+        done.add(part)
         rehearse(_chosen(setup, 0.0) or RandomSearch(), setup)
         if setup.encoding.differentiable:
             with suppress(NoEquilibrium):
@@ -105,7 +111,8 @@ def _chosen(setup: Setup, seconds: float) -> Optimizer | None:
 
 def _is_large(setup: Setup, seconds: float) -> bool:
     residuals = sum(case.role == "train" for case in setup.cases) * setup.reference_positions[0].size
-    return residuals * setup.encoding.size > max(LEAST_LARGE, LARGE * seconds)
+    size = max(setup.encoding.size, setup.lattice.spring_count / BY_STIFFNESS)
+    return residuals * size > max(LEAST_LARGE, LARGE * seconds)
 
 
 def _search(

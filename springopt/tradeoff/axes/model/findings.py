@@ -9,6 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from springopt.analysis.fit import warm_up
+from springopt.forward.batch import Equilibria
+from springopt.forward.motion.follow import Motions
 from springopt.scene import Scene, Setup
 from springopt.scene.lattice_tables import GridTable
 from springopt.tradeoff.axes.model.identification import SPARSITY, Identified, identify, sparser
@@ -55,7 +57,9 @@ def measure(setup: Setup, request: Request) -> Findings:
     notes += _of_fits(setup, found)
     running = [Running.of(each.setup, each.row) for each in found]
     clock, said = _clock(setup, found, running)
-    steps = _steps(clock, running, request)
+    steps = _steps(clock, running, request, begun + request.seconds)
+    if clock is not None and None in steps:
+        notes.append("Some steps in real time are not there: the motion breaks off, or the time was up.")
     points = _points(found, running, steps, request)
     numbers: dict[str, object] = {}
     if clock is not None and not request.only:
@@ -103,13 +107,14 @@ def _of_fits(setup: Setup, found: Sequence[Identified]) -> list[str]:
 def _points(
     found: Sequence[Identified], running: Sequence[Running], steps: Sequence[Step | None], request: Request
 ) -> list[Point]:
-    settings = [_setting(*each) for each in zip(found, running, steps, strict=True)]
+    answers = [body.solve() for body in running]
+    settings = [_setting(*each) for each in zip(found, running, answers, steps, strict=True)]
     points = measure_settings(settings, replace(request, seconds=(SOLVED - SPARSE) * request.seconds))
-    return [replace(point, why=body.why(body.solve())) for point, body in zip(points, running, strict=True)]
+    return [replace(point, why=body.why(one)) for point, body, one in zip(points, running, answers, strict=True)]
 
 
-def _setting(one: Identified, body: Running, step: Step | None) -> Setting:
-    answers, is_test = body.solve(), body.is_test()
+def _setting(one: Identified, body: Running, answers: Equilibria | Motions, step: Step | None) -> Setting:
+    is_test = body.is_test()
     tests = np.array([case.role == "test" for case in one.setup.cases])
     errors, misfits = body.errors(answers), body.misfits(answers)
     numbers = {
@@ -151,15 +156,15 @@ def _clock(setup: Setup, found: Sequence[Identified], running: Sequence[Running]
     return None, ["No step in real time was measured, as no model is held by its springs alone."]
 
 
-def _steps(clock: Clockwork | None, running: Sequence[Running], request: Request) -> list[Step | None]:
-    """The step of each body, None where its motion breaks off, or where there is no clock."""
+def _steps(clock: Clockwork | None, running: Sequence[Running], request: Request, until: float) -> list[Step | None]:
+    """The step of each body, None where its motion breaks off, or for want of a clock or of time."""
     if clock is None:
         return [None] * len(running)
     seconds = (STEPPED - SOLVED) * request.seconds / len(running)
     steps = []
     for done, body in enumerate(running):
         moved = moving(clock, body.model, body.row, body.setup.cases[0], body.setup.objective.tolerance)
-        steps.append(time_step(moved, seconds))
+        steps.append(time_step(moved, seconds) if time.perf_counter() < until or not done else None)
         if request.progress:
             request.progress(done + 1, len(running), "models set in motion")
     return steps

@@ -26,8 +26,9 @@ SPARSE_PATH = "sparse-path"
 SPARSITY = "sparsity"
 #: Of the springs that the lattice has: how many a model may keep.
 KEPT = (0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3)
-#: Shares of the time, in fits of a class of springs.
-OF_CLASSES, OF_FREE, OF_PATH = 1, 4, 8
+#: Shares of the time, for nodes of which there is one.
+OF_CLASSES, OF_FREE = 2, 4
+FIRST = 3  # times as much for the scene's own lattice, which the others are compared with
 OF_START = 0.2  # of a free fit's time, for classes of springs from which it starts
 
 
@@ -105,7 +106,8 @@ def _identified(variation: Variation, fitted: Fit) -> Identified:
 
 def _share(variation: Variation) -> float:
     setup = variation.setup
-    return (OF_CLASSES if setup.scene.encoding.kind in CLASSES else OF_FREE) * np.sqrt(setup.lattice.node_count)
+    share = OF_CLASSES if setup.scene.encoding.kind in CLASSES else OF_FREE
+    return share * float(np.sqrt(setup.lattice.node_count)) * (FIRST if variation.series == "encodings" else 1)
 
 
 def _start(variation: Variation, before: Sequence[Identified], seconds: float, request: Request) -> Floats | None:

@@ -30,7 +30,7 @@ from springopt.tradeoff.axes.model.variation import CLASSES, FREE, Variation, Va
 FACTORS = {Fraction(1, 2): "half", Fraction(1): "the same", Fraction(2): "double", Fraction(4): "four times"}
 FINER = 2  # the cells of the reference along an axis, over those of the finest lattice
 #: Unknowns of a reference that is found in seconds: of a linear law in 2D and 3D, at large strain, and in motion.
-LARGEST_FLAT, LARGEST_SOLID, LARGEST_STRAIN, LARGEST_MOTION = 40_000, 8_000, 3_000, 2_500
+LARGEST_FLAT, LARGEST_SOLID, LARGEST_STRAIN, LARGEST_MOTION = 40_000, 8_000, 3_000, 1_000
 
 
 def resolutions(setup: Setup) -> Variations:
