@@ -26,7 +26,9 @@ class Setting:
     states: Mapping[str, Any] = field(default_factory=dict)  #: how a scene states it, as {"objective.tolerance": 1e-4}
     is_stated: bool = False  #: whether the scene states it
     numbers: Mapping[str, float] = field(default_factory=dict)  #: what else is known of it, as its springs
-    explain: Callable[[Any], str] = lambda answer: ""  #: why some of what `run` returns are no answers
+    #: What else is read off what `run` returns, as its iterations, beside the numbers; and why some are no answers.
+    count: Callable[[Any], Mapping[str, float]] = lambda answer: {}
+    why: Callable[[Any], str] = lambda answer: ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,6 +129,6 @@ def _point(setting: Setting, timing: Timing, answer: Any) -> Point:
         warm_up=timing.warm_up,
         states=setting.states,
         is_stated=setting.is_stated,
-        numbers=setting.numbers,
-        why="" if np.isfinite(errors).all() else setting.explain(answer),
+        numbers={**setting.numbers, **setting.count(answer)},
+        why="" if np.isfinite(errors).all() else setting.why(answer),
     )
