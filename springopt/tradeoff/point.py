@@ -26,6 +26,9 @@ class Setting:
     states: Mapping[str, Any] = field(default_factory=dict)  #: how a scene states it, as {"objective.tolerance": 1e-4}
     is_stated: bool = False  #: whether the scene states it
     numbers: Mapping[str, float] = field(default_factory=dict)  #: what else is known of it, as its springs
+    #: What else is read off what `run` returns, as its iterations, beside the numbers; and why an answer failed.
+    count: Callable[[Any], Mapping[str, float]] = field(default=lambda answer: {})
+    why: Callable[[Any], str] = field(default=lambda answer: "")
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,17 +112,19 @@ def measure_settings(settings: Sequence[Setting], request: Request) -> list[Poin
     wanted = [setting for setting in settings if request.wants(setting.series, setting.name)]
     tasks = [(f"{setting.series}, {setting.name}", setting.run) for setting in wanted]
     timings = time_all(tasks, request.seconds, request.progress)
+    answers = [setting.run() for setting in wanted]
     return [
         Point(
             series=setting.series,
             name=setting.name,
-            errors=setting.judge(setting.run()),
+            errors=setting.judge(answer),
             processor=timing.processor / setting.solves,
             wall=timing.wall / setting.solves,
             warm_up=timing.warm_up,
             states=setting.states,
             is_stated=setting.is_stated,
-            numbers=setting.numbers,
+            numbers={**setting.numbers, **setting.count(answer)},
+            why=setting.why(answer),
         )
-        for setting, timing in zip(wanted, timings, strict=True)
+        for setting, answer, timing in zip(wanted, answers, timings, strict=True)
     ]
