@@ -17,7 +17,7 @@ from scipy.sparse.linalg import splu
 
 from springopt.checks import Booleans, Floats
 from springopt.forward.batch import Equilibria
-from springopt.forward.status import STATUSES, UNDERDETERMINED, has_equilibrium
+from springopt.forward.status import MECHANISM, STATUSES, UNDERDETERMINED, has_equilibrium
 from springopt.load_case import LoadCase
 from springopt.model import Model
 from springopt.tradeoff.independent.springs import Reals
@@ -40,7 +40,7 @@ class KnownEquilibria:
 
     displacements: NDArray[np.longdouble]  #: [length], nan where they are not known, shape (m, c, n, d)
     is_known: Booleans  #: shape (m, c)
-    has_none: Booleans  #: whether there is no equilibrium, as far as the start tells, shape (m, c)
+    has_none: Booleans  #: whether there is no equilibrium, as a mechanism has none, shape (m, c)
     why: NDArray[np.object_]  #: what is said where nothing is known, shape (m, c)
     doubt: float  #: the largest last correction, as a share of the largest displacement
 
@@ -63,7 +63,7 @@ def known_equilibria(model: Model, engine: str, candidates: Floats, cases: Seque
     known = KnownEquilibria(
         displacements=np.full((*shape, *model.lattice.nodes.shape), np.nan, dtype=np.longdouble),
         is_known=np.zeros(shape, dtype=np.bool_),
-        has_none=~has_equilibrium(start.codes),
+        has_none=start.codes == MECHANISM,
         why=np.full(shape, "", dtype=object),
         doubt=0.0,
     )
@@ -73,7 +73,10 @@ def known_equilibria(model: Model, engine: str, candidates: Floats, cases: Seque
         for number, case in enumerate(cases):
             at = candidate, number
             if known.has_none[at]:
-                known.why[at] = f"there is no equilibrium ({STATUSES[start.codes[at]]})"
+                known.why[at] = "there is no equilibrium (mechanism)"
+                continue
+            if not has_equilibrium(start.codes[at]):
+                known.why[at] = f"the engine {engine} finds no equilibrium ({STATUSES[start.codes[at]]})"
                 continue
             begin = start.displacements[at].reshape(model.lattice.nodes.shape)
             found = polish(system, case, begin, may_have_modes=start.codes[at] == UNDERDETERMINED)

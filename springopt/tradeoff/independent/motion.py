@@ -62,7 +62,9 @@ def _scales(system: System, case: LoadCase) -> tuple[float, float]:
     if start == 0.0:  # nothing moves
         return 1.0, 1.0
     # What the first acceleration leads to within a short period is less than what there will be.
-    frequency = float(np.sqrt((system.tangent(u).diagonal()[free.ravel()] / masses).max())) or 1.0 / case.times[-1]
+    assert case.times is not None  # it is a motion
+    squares = system.tangent(u).diagonal()[free.ravel()] / masses
+    frequency = float(np.sqrt(max(squares.max(), case.times[-1] ** -2.0)))
     _, largest, fastest = _follow(system, case, ROUGHLY, (start / frequency**2, start / frequency))
     return largest, fastest
 
