@@ -17,6 +17,7 @@ import numpy as np
 
 from springopt.analysis.point import choose_point
 from springopt.checks import Floats
+from springopt.effects.lanes import LANE_COUNT
 from springopt.errors import UserError
 from springopt.forward.batch import Equilibria
 from springopt.forward.choose import ENGINES
@@ -29,7 +30,7 @@ from springopt.tradeoff.independent.system import System
 from springopt.tradeoff.point import Axis, Findings, Request, Setting, measure_settings
 
 TOLERANCES = tuple(float(f"1e-{digits}") for digits in range(2, 13))
-#: Candidates beside the point, so that lanes are full as in a population; fewer where time is short.
+#: The point and candidates beside it; fewer where time is short.
 MOST_CANDIDATES = 16
 #: How often candidates are drawn for those without an equilibrium, and the share of bits that are flipped to draw one.
 DRAWS = 4
@@ -207,9 +208,11 @@ def _seconds(setup: Setup, engine: str, candidates: Floats) -> float:
 def _draw(setup: Setup, request: Request, engines: Mapping[str, float], chosen: str) -> tuple[Floats, list[str]]:
     """(candidates (m, s + f), what is said of them): the point, and others that have all equilibria."""
     point, calls = choose_point(setup), CALLS * len(_tolerances(setup))
-    wanted = _affordable(request, calls * sum(engines.values()), MOST_CANDIDATES)
     model = _with_engine(setup, chosen)
     groups, rng = model.groups(setup.cases), np.random.default_rng(request.seed)
+    # Lanes hold load cases with the same supports, and are to be full as in a population.
+    least = -(-LANE_COUNT * len(groups) // len(setup.cases)) if "lanes" in engines else 1
+    wanted = _affordable(request, calls * sum(engines.values()), least)
     rows, tried = [setup.encoding.decode(point.numbers)], 0
     for _ in range(DRAWS):
         if len(rows) == wanted:
@@ -223,17 +226,17 @@ def _draw(setup: Setup, request: Request, engines: Mapping[str, float], chosen: 
     candidates = np.array(rows)
     if len(rows) > 1:  # they may be harder than the point is
         seconds = calls * sum(_seconds(setup, engine, candidates) for engine in engines) / len(rows)
-        candidates = candidates[: _affordable(request, seconds, len(rows))]
+        candidates = candidates[: _affordable(request, seconds, least)]
     kind = "flipping few of its bits" if setup.encoding.kind == "binary" else "chance from the box"
-    said = f"Solved are {len(setup.cases)} load cases of one candidate, {point.said}"
+    said = f"Solved are all load cases ({len(setup.cases)}) of one candidate, {point.said}"
     if len(candidates) > 1:
         said += f", and of {len(candidates) - 1} others drawn by {kind} (seed {request.seed})"
     return candidates, [f"{said}.", *([f"Of {tried} that were drawn {lost} had no equilibrium."] if lost else [])]
 
 
-def _affordable(request: Request, seconds: float, most: int) -> int:
-    """How many candidates there is time for, that take so many seconds each."""
-    return most if seconds * most <= request.seconds else max(1, int(request.seconds / seconds))
+def _affordable(request: Request, seconds: float, least: int) -> int:
+    """How many candidates there is time for, that take so many seconds each; at least so many."""
+    return max(least, int(min(request.seconds / max(seconds, 1e-9), MOST_CANDIDATES)))
 
 
 def _others(setup: Setup, point: Floats, rng: np.random.Generator, count: int) -> Floats:

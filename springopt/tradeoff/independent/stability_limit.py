@@ -28,6 +28,7 @@ class StabilityLimit:
     step: float  #: [time]; inf where nothing vibrates
     frequency: float  #: omega of the mode that limits it [1 / time]
     damping_ratio: float
+    undamped: float  #: the step without damping [time]
 
 
 def stability_limit(system: System, case: LoadCase) -> StabilityLimit:
@@ -35,7 +36,7 @@ def stability_limit(system: System, case: LoadCase) -> StabilityLimit:
     u = np.where(case.free, 0.0, case.prescribed)
     free = np.flatnonzero(case.free.ravel())
     if not len(free):
-        return StabilityLimit(np.inf, 0.0, 0.0)
+        return StabilityLimit(np.inf, 0.0, 0.0, np.inf)
     roots = np.sqrt(np.repeat(system.masses, case.free.shape[1])[free])
     scaled = sparse.diags_array(1.0 / roots)
     stiffness = scaled @ system.tangent(u)[free][:, free] @ scaled
@@ -48,9 +49,10 @@ def stability_limit(system: System, case: LoadCase) -> StabilityLimit:
     least = int(np.argmin(steps))
     frequency = float(frequencies[least])
     if frequency == 0.0 and rates[least] == 0.0:
-        return StabilityLimit(np.inf, 0.0, 0.0)
+        return StabilityLimit(np.inf, 0.0, 0.0, np.inf)
     ratio = float(rates[least]) / (2.0 * frequency) if frequency > 0.0 else np.inf
-    return StabilityLimit(float(steps[least]), frequency, ratio)
+    fastest = float(frequencies.max())
+    return StabilityLimit(float(steps[least]), frequency, ratio, 2.0 / fastest if fastest > 0.0 else np.inf)
 
 
 def _modes(matrix: sparse.sparray) -> tuple[Floats, Floats]:
