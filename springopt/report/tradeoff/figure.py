@@ -41,12 +41,8 @@ def draw_tradeoff(axis: Mapping[str, Any]) -> Figure:
         _show_all_times(axes, axis)
         _draw_failures(axes, axis["points"], series)
         _draw_marks(axes, axis["marks"])
-        if len(axis["points"]) <= MOST_LABELS:
-            _name_points(axes, axis["points"], bottom)
-        price = axis["price_of_a_digit"]
-        axes.set_title(axis["title"], loc="left", fontweight="bold")
-        if price:
-            axes.set_title(price["said"], loc="right", fontsize=7.5)
+        _name_points(axes, _named(axis["points"]), bottom)
+        _draw_titles(axes, axis)
         axes.grid(color=style.REST, linewidth=0.3)
         axes.set_axisbelow(True)
         figure.legend(loc="outside lower center", ncols=LEGEND_COLUMNS, **style.LEGEND)
@@ -112,6 +108,24 @@ def _draw_marks(axes: Axes, marks: Mapping[str, float]) -> None:
             fontsize=6.5,
             color=style.REFERENCE,
         )
+
+
+def _draw_titles(axes: Axes, axis: Mapping[str, Any]) -> None:
+    """The axis, and below it the price of a digit."""
+    price = axis["price_of_a_digit"]
+    axes.set_title(axis["title"], loc="left", fontweight="bold", pad=16 if price else 6)
+    if price:
+        axes.annotate(price["said"], (0, 1), (0, 5), xycoords="axes fraction", textcoords="offset points")
+
+
+def _named(points: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """Those whose setting is written beside them: of many the ends of each series alone."""
+    if len(points) <= MOST_LABELS:
+        return list(points)
+    of_series: dict[str, list[Mapping[str, Any]]] = {}
+    for point in points:
+        of_series.setdefault(point["series"], []).append(point)
+    return [end for each in of_series.values() for end in (each[0], *each[1:][-1:])]
 
 
 def _name_points(axes: Axes, points: Sequence[Mapping[str, Any]], bottom: float) -> None:
