@@ -35,6 +35,7 @@ class Size:
 
     @property
     def seconds(self) -> float:
+        """Of the processor, a step."""
         return self.step.seconds.value
 
     @property
@@ -57,6 +58,7 @@ class Kept:
         if self.largest is not None:
             nodes = [count + 1 for count in self.largest.cells]
             found |= {"nodes": nodes, "springs": self.largest.springs, "step_seconds": self.largest.seconds}
+            found |= {"step_wall_seconds": self.largest.step.wall.value}
         return found
 
 
