@@ -108,6 +108,11 @@ def test_rates_are_said_and_numbered(found):
     assert all(seconds > 0 for seconds in sizes.values())
 
 
+def test_what_the_time_does_not_allow_is_left_out():
+    late = time.perf_counter() - 1.0
+    assert len(identification.identify(encodings(scene().build()).of, Request(1.0), late)) == 1
+
+
 def test_two_classes_of_a_reference_of_two_classes_are_exact():
     setup = scene(reference=classes_reference()).build()
     two = [each for each in encodings(setup).of if each.name == "two-class"]

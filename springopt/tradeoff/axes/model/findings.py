@@ -28,6 +28,7 @@ FITTED, SPARSE, SOLVED, STEPPED = 0.38, 0.48, 0.6, 0.68
 LEAST_GROWN = 0.15  # of the time, for these, where what came before took longer than it should
 FREE = ("encodings", "free")
 HOMOGENEOUS = ("encodings", "homogeneous")
+SMALL = 1000  # nodes that any engine moves in no time
 NEAR = 10.0  # a rate is marked where it is within this factor of the times that were found
 
 
@@ -47,6 +48,9 @@ def measure(setup: Setup, request: Request) -> Findings:
     _warm_up(setup, wanted)
     begun = time.perf_counter()
     found = identify(wanted, request, begun + FITTED * request.seconds)
+    if len(found) < len(wanted):
+        left_out = "; ".join(f"{each.series}, {each.name}" for each in wanted[len(found) :])
+        notes.append(f"The time was up before these were identified, give more of it: {left_out}.")
     by_name = {(each.variation.series, each.variation.name): each for each in found}
     if FREE in by_name:
         fewer, said = sparser(by_name[FREE], request, begun + SPARSE * request.seconds)
@@ -84,7 +88,8 @@ def _warm_up(setup: Setup, wanted: Sequence[Variation]) -> None:
     warm_up([each.setup for each in wanted])
     row = setup.encoding.decode(setup.encoding.upper)
     clock = clockwork(setup.scene, setup.model, row, setup.cases[0])
-    for engine in ("lanes", "sparse"):
+    engines = ("lanes", "sparse") if setup.lattice.node_count <= SMALL else (None,)
+    for engine in engines:
         if clock is None:
             return
         model = replace(setup.model, kinematics="exact", engine=engine)
