@@ -6,6 +6,7 @@ Jacobian would be large, and by the first of `BINARY` that is installed where po
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -96,7 +97,7 @@ def warm_up(setups: Sequence[Setup]) -> None:
         if part in done:
             continue
         done.add(part)
-        rehearse(_chosen(setup, 0.0) or RandomSearch(), setup)
+        rehearse(_chosen(setup, math.inf) or RandomSearch(), setup)
         if setup.encoding.differentiable:
             with suppress(NoEquilibrium):
                 setup.objective.gradient(setup.encoding.decode(setup.encoding.upper))

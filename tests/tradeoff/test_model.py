@@ -108,6 +108,11 @@ def test_rates_are_said_and_numbered(found):
     assert all(seconds > 0 for seconds in sizes.values())
 
 
+def test_what_the_time_does_not_allow_is_left_out():
+    late = time.perf_counter() - 1.0
+    assert len(identification.identify(encodings(scene().build()).of, Request(1.0), late)) == 1
+
+
 def test_two_classes_of_a_reference_of_two_classes_are_exact():
     setup = scene(reference=classes_reference()).build()
     two = [each for each in encodings(setup).of if each.name == "two-class"]
@@ -315,13 +320,18 @@ def test_a_scene_in_motion_keeps_its_own_step_and_is_fitted_over_its_times():
     assert np.isfinite(point.errors).all()
 
 
+def taking(seconds):
+    """A step."""
+    found = Interval(seconds, seconds, seconds)
+    return Step(found, found, 20)
+
+
 class ByFormula(Sizes):
     """Times that are known: so many microseconds a node."""
 
     def measure(self, count, seconds):
         cells = tuple(self.cells(count).tolist())
-        each = 1e-5 * (count + 1) ** 2
-        return Size(cells, count, Step(Interval(each, each, each), 20))
+        return Size(cells, count, taking(1e-5 * (count + 1) ** 2))
 
 
 def test_the_largest_that_keeps_a_rate_is_found_between_its_neighbours():
@@ -336,7 +346,7 @@ def test_the_largest_that_keeps_a_rate_is_found_between_its_neighbours():
 def test_a_rate_that_nothing_keeps_is_told():
     class Slow(ByFormula):
         def measure(self, count, seconds):
-            return replace(super().measure(count, seconds), step=Step(Interval(1.0, 1.0, 1.0), 20))
+            return replace(super().measure(count, seconds), step=taking(1.0))
 
     kept = largest_that_keeps("1 kHz", Slow(stage(scene()), homogeneous=None, clock=None), 1000.0)
     assert kept.largest is None

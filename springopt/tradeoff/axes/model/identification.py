@@ -57,11 +57,15 @@ def identify(variations: Sequence[Variation], request: Request, until: float) ->
     """Fits of all variations, by this time of `time.perf_counter`, but for the question that is then being answered.
 
     Classes of springs start from the fit before, which has fewer; free springs from classes on the same lattice: so
-    that more freedom is never worse for want of luck. What one does not need of its share the others have.
+    that more freedom is never worse for want of luck. What one does not need of its share the others have. Where fits
+    have taken twice the time, as those of large models may, the last variations are left out.
     """
+    most = 2 * until - time.perf_counter()
     found: list[Identified] = []
     shares = [_share(variation) for variation in variations]
     for number, variation in enumerate(variations):
+        if found and time.perf_counter() > most:
+            break
         left = (until - time.perf_counter()) / sum(shares[number:])
         start = _start(variation, found, left * shares[number] * OF_START, request)
         fitted = fit(variation.setup, left * shares[number] * (1 - OF_START), seed=request.seed, start=start)

@@ -21,6 +21,7 @@ from springopt.tradeoff.axes.model.variation import with_encoding
 
 RATES = {"1 kHz": 1e-3, "60 Hz": 1 / 60}  # seconds that a step may take
 FASTEST_GROWTH = 2.0  # of the cells along an axis, from one measurement to the next
+SHRUNK = 0.8  # where the time does not allow so many
 CALLS = 5  # of a motion, until its step is known
 OF_VERIFYING = 0.2  # of the time, to measure once more what was found
 
@@ -35,6 +36,7 @@ class Size:
 
     @property
     def seconds(self) -> float:
+        """Of the processor, a step."""
         return self.step.seconds.value
 
     @property
@@ -57,6 +59,7 @@ class Kept:
         if self.largest is not None:
             nodes = [count + 1 for count in self.largest.cells]
             found |= {"nodes": nodes, "springs": self.largest.springs, "step_seconds": self.largest.seconds}
+            found |= {"step_wall_seconds": self.largest.step.wall.value}
         return found
 
 
@@ -130,8 +133,10 @@ def largest_that_keeps(rate: str, sizes: Sizes, seconds: float) -> Kept:
         low = low if high is None or low < high else max((count for count in kept if count < high), default=0)
         if high is not None and high - low <= 1:
             break
-        count = _next(sizes, limit, low, high)
-        if sizes.timed and not _fits(sizes, count, until - time.perf_counter()):
+        count, left = _next(sizes, limit, low, high), until - time.perf_counter()
+        while not _fits(sizes, count, left) and count > low + 1:
+            count = max(low + 1, int(SHRUNK * count))  # less than might be had is more than nothing
+        if not _fits(sizes, count, left):
             break
         size = sizes.measure(count, 0.0)
         if size is None:
@@ -157,6 +162,8 @@ def _next(sizes: Sizes, limit: float, low: int, high: int | None) -> int:
 
 def _fits(sizes: Sizes, count: int, left: float) -> bool:
     """Whether a size can be measured in the seconds that are left, by what the nearest one took."""
+    if not sizes.timed:
+        return True
     nearest = min(sizes.timed, key=lambda other: abs(other - count))
     expected = sizes.timed[nearest].seconds * (count / nearest) ** sizes.power
     return CALLS * LEAST_STEPS * expected <= left
