@@ -98,9 +98,7 @@ def mass_matrix(nodes: Floats, cells: Integers, cell_type: str, order: int = 1) 
     return _mass(basis, _numbers(basis))
 
 
-def surface_mass_matrix(
-    nodes: Floats, cells: Integers, cell_type: str, facets: Integers, order: int = 1
-) -> csc_matrix:
+def surface_mass_matrix(nodes: Floats, cells: Integers, cell_type: str, facets: Integers, order: int = 1) -> csc_matrix:
     """The same of a skin on these facets (f, nodes of a facet) of the boundary [length^(d - 1)], shape (n, n)."""
     kind, mesh = _KINDS[cell_type].elements[order], _mesh(nodes, cells, cell_type)
     known = mesh.boundary_facets()

@@ -14,7 +14,7 @@ from springopt.errors import UserError, did_you_mean
 from springopt.lattice import SpringLattice
 from springopt.load_case import LoadCase
 from springopt.nodal_volumes import nodal_volumes
-from springopt.reference.body_among_effects import BodyAmongEffects, LinearBody
+from springopt.reference.body_among_effects import BodyAmongEffects, LinearBody, Potential
 from springopt.reference.body_forces import body_forces
 from springopt.reference.discretization import ORDERS, discretize, mass_matrix
 from springopt.reference.elastic_body import ElasticBody
@@ -26,6 +26,7 @@ from springopt.reference.material import Material
 from springopt.reference.mean_dilatation import MeanDilatationElements
 from springopt.reference.refinement import Refinement
 from springopt.reference.rigid_modes import RigidModes
+from springopt.reference.spread_contact import spread_potentials
 from springopt.reference.vibration import Vibration
 
 FORMULATIONS = ("standard", "b-bar")
@@ -46,7 +47,7 @@ class FemReference:
 
     Elements of second order, and cells that are divided, tell better what the same body does at the same nodes. What
     is done to the nodes is then done to what lies between them, see `Refinement`: supports hold the facets that they
-    fill, nodal forces are the tractions that they stand for. Contact acts on single nodes and does not go with it.
+    fill, nodal forces are the tractions that they stand for, and contact is spread over the boundary.
     """
 
     #: A lattice with cells, a meshio mesh, a mesh file, or (nodes (n, d), cells (c, v), cell type); kept as the last.
@@ -81,9 +82,11 @@ class FemReference:
         object.__setattr__(self, "_lattice", lattice)
         object.__setattr__(self, "_effect_forces", body_forces(lattice, self.effects, float(self.thickness)))
         is_finer = self.order > 1 or self.refinements > 0
-        object.__setattr__(self, "_refinement", Refinement(self.mesh, self.refinements, self.order) if is_finer else None)
+        object.__setattr__(
+            self, "_refinement", Refinement(self.mesh, self.refinements, self.order) if is_finer else None
+        )
         if is_finer:
-            self._require_no_contact()
+            _ = self._spread_potentials  # what can't be spread is refused at once
 
     def deform(self, case: LoadCase) -> Floats:
         """Positions under the load case [length], shape (n, d), or (t, n, d) where it has times.
@@ -137,7 +140,15 @@ class FemReference:
     def _surroundings(self) -> BodyAmongEffects:
         """The body, and what touches it."""
         body = LinearBody(self.stiffness_matrix) if self.law == "linear" else self.body
-        return BodyAmongEffects.of(body, self._lattice, self.effects)
+        if self._refinement is None:
+            return BodyAmongEffects.of(body, self._lattice, self.effects)
+        return BodyAmongEffects(body, *self._spread_potentials)
+
+    @cached_property
+    def _spread_potentials(self) -> tuple[SpringLattice, list[Potential]]:
+        """All nodes of the elements, and what touches them."""
+        assert self._refinement is not None  # else they are the lattice's
+        return spread_potentials(self._refinement, self._lattice, self.effects)
 
     @cached_property
     def stiffness_matrix(self) -> csc_matrix:
@@ -254,14 +265,6 @@ class FemReference:
                 "A lumped mass is for first-order elements, whose nodes all have a volume; leave it out, or take the "
                 "order 1."
             )
-
-    def _require_no_contact(self) -> None:
-        for effect in self.effects:
-            if not effect.scales_with_stiffness and effect.potential(self._lattice) is not None:
-                raise UserError(
-                    f"{effect.name or type(effect).__name__} acts on the nodes of the mesh one by one, and finer "
-                    "elements have others between them; leave it out, or take the order 1 and no refinements."
-                )
 
     def _check_formulation(self) -> None:
         if self.formulation not in FORMULATIONS:

@@ -80,6 +80,30 @@ class Refinement:
             prescribed = np.where(supports, step.interpolation @ prescribed, 0.0)
         return replace(case, supports=supports, prescribed=prescribed, forces=self.loads(case.forces))
 
+    def nodes_between(self, chosen: Booleans) -> Booleans:
+        """Chosen nodes (n,), and those on facets all of whose nodes are chosen, shape (k,)."""
+        for step in self._steps:
+            chosen = step.supports(chosen[:, None])[:, 0]
+        return chosen
+
+    def boundary_shares(self, chosen: Booleans, *, alone: float) -> Floats:
+        """What belongs to each chosen node (n,), by the boundary around it, divided among all nodes, shape (k,).
+
+        It is 1 for each node on the mesh itself; a chosen node on no facet that is chosen keeps as much as `alone`.
+        """
+        facets = np.asarray(chosen[self._boundary].all(axis=1))
+        on_facets = self._on(facets)
+        shares = np.zeros(self.node_count)
+        shares[: len(chosen)] = np.where(chosen & ~on_facets, alone, 0.0)
+        if facets.any():
+            areas = surface_mass_matrix(*self.given, self._boundary[facets]) @ np.ones(len(chosen))
+            by_area = np.zeros(len(chosen))
+            by_area[on_facets] = 1.0 / areas[on_facets]
+            finer = surface_mass_matrix(*self.mesh, self._parts_of(facets), self.order) @ np.ones(self.node_count)
+            # At the corners of second-order triangles it is 0 but for rounding.
+            shares += np.maximum(finer, 0.0) * (self.interpolation @ by_area)
+        return shares
+
     def loads(self, forces: Floats) -> Floats:
         """Nodal forces (n, d) as consistent loads (k, d) of tractions, and in the inside of forces by volume.
 
@@ -92,7 +116,12 @@ class Refinement:
         """Nodal forces (n, d) as consistent loads (k, d) of forces by volume: those of weights."""
         return self._of_volume(forces)
 
-    def points_held(self, supports: Booleans) -> int:
+    @property
+    def node_count(self) -> int:
+        """Of the elements."""
+        return self.interpolation.shape[0]
+
+    def count_points(self, supports: Booleans) -> int:
         """The number of given nodes that are held along some axis without being on a facet that is held so."""
         facets = _facets_to_fill(*self.given)
         filled = supports[facets].all(axis=1)
@@ -106,7 +135,7 @@ class Refinement:
         whole = np.ones(len(self._boundary), dtype=bool)
         sides = (forces[self._boundary] != 0.0).all(axis=1)
         on_sides, on_boundary = self._on(sides), self._on(whole)
-        total = np.zeros(self.interpolation.shape[0])
+        total = np.zeros(self.node_count)
         if sides.any():
             total += self._of_surface(sides, np.where(on_sides, forces, 0.0))
         points = np.where(on_boundary & ~on_sides, forces, 0.0)
@@ -124,9 +153,8 @@ class Refinement:
     def _of_surface(self, chosen: Booleans, forces: Floats) -> Floats:
         key = chosen.tobytes()
         if key not in self._spread:
-            facets = boundary_facets(*self.mesh[1:])[chosen[self._origins]]
             coarse = surface_mass_matrix(*self.given, self._boundary[chosen])
-            fine = surface_mass_matrix(*self.mesh, facets, self.order)
+            fine = surface_mass_matrix(*self.mesh, self._parts_of(chosen), self.order)
             nodes = np.unique(self._boundary[chosen])
             self._spread[key] = _consistent(nodes, coarse, csr_matrix(fine @ self.interpolation))
         return self._spread[key](forces)
@@ -137,6 +165,10 @@ class Refinement:
             nodes = np.arange(len(self.given[0]))
             self._spread[b""] = _consistent(nodes, coarse, csr_matrix(fine @ self.interpolation))
         return self._spread[b""](forces)
+
+    def _parts_of(self, chosen: Booleans) -> Integers:
+        """The facets of the finer boundary that chosen ones (f,) of the given one are divided into."""
+        return boundary_facets(*self.mesh[1:])[chosen[self._origins]]
 
     @cached_property
     def _boundary(self) -> Integers:
