@@ -24,6 +24,9 @@ from springopt.reference.factor import Factor
 #: More nodes than that are refused before memory is.
 MOST_NODES = 1_000_000
 
+#: A force below this share of the largest one does not make its node one of a side that is pulled.
+ROUNDING = 1e-12
+
 Mesh = tuple[Floats, Integers, str]
 
 
@@ -133,7 +136,8 @@ class Refinement:
     def _along_one_axis(self, forces: Floats) -> Floats:
         """(k,) of (n,)."""
         whole = np.ones(len(self._boundary), dtype=bool)
-        sides = (forces[self._boundary] != 0.0).all(axis=1)
+        is_pulled = np.abs(forces) > ROUNDING * np.abs(forces).max(initial=0.0)
+        sides = is_pulled[self._boundary].all(axis=1)
         on_sides, on_boundary = self._on(sides), self._on(whole)
         total = np.zeros(self.node_count)
         if sides.any():
