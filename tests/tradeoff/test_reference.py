@@ -182,7 +182,7 @@ def test_contact_is_measured_too(tmp_path: Path) -> None:
 
 def test_points_that_hold_are_told_of(tmp_path: Path) -> None:
     said = CLAMPED.replace('["left", "right", "bottom", "top"]', '["left", 4]')
-    assert any(note.startswith("1 held node") for note in measured(scene(tmp_path, said)).notes)
+    assert any(note.startswith("Up to 1 held nodes") for note in measured(scene(tmp_path, said)).notes)
 
 
 def test_a_lattice_that_nothing_finer_judges_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

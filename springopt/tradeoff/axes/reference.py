@@ -35,8 +35,8 @@ SERIES = {1: "first order", 2: "second order"}
 THEORY = {1: 2.0, 2: 3.0}
 MOST_UNKNOWNS = {2: 100_000, 3: 20_000}  # by dimension: factors are of some gigabytes then
 MOST_UNKNOWNS_IN_MOTION = 3_000  # all modes are found, with full matrices
-#: The power of the unknowns that time grows with, from the assembly's to the factor's, by dimension.
-GROWTH = {2: 1.2, 3: 1.5}
+#: The power of the unknowns that time grows with, from the assembly's to the factor's, by dimension and order.
+GROWTH = {(2, 1): 1.2, (2, 2): 1.2, (3, 1): 1.2, (3, 2): 1.5}
 GROWTH_IN_MOTION = 3.0
 LEAST_RUNS = 4  # of what is measured: two that warm up, one that is timed, one that is judged
 ROUNDING = 1e-12  # no order of convergence is read off errors below
@@ -122,14 +122,14 @@ def _trials(setup: Setup, request: Request) -> list[_Trial]:
     """Both orders on finer and finer meshes, as far as there is time left to measure all but the finest elements."""
     begun = time.perf_counter()
     steps = [[(1, 0)], [(2, 0)], *([(1, level), (2, level)] for level in range(1, MOST_LEVELS))]
-    wanted = max((level for _, level in _asked(setup, request)), default=-1)
+    # A setting that is asked for needs a finer one that judges it: of second order on the same mesh, or the next one.
+    needed = max(level + order - 1 for order, level in _asked(setup, request))
     trials: list[_Trial] = []
     for step in steps:
         foreseen = [_foreseen(setup, trials, order) for order, _ in step] if trials else [(0, 0.0)]
         seconds = time.perf_counter() - begun + sum(seconds for _, seconds in foreseen)
         seconds += LEAST_RUNS * (sum(trial.seconds for trial in trials) + foreseen[0][1] * (len(step) - 1))
-        # A setting that is asked for by name needs a finer one that judges it.
-        if seconds > request.seconds and trials and step[-1][1] > wanted + 1:
+        if seconds > request.seconds and step[-1][1] > needed:
             break
         if max(unknowns for unknowns, _ in foreseen) > _most(setup):
             break
@@ -141,15 +141,18 @@ def _trials(setup: Setup, request: Request) -> list[_Trial]:
 
 
 def _asked(setup: Setup, request: Request) -> list[tuple[int, int]]:
+    """Order and level of what is asked for by name, and of what the scene states."""
     known = [(order, level) for level in range(MOST_LEVELS) for order in SERIES]
-    return [entry for entry in known if _key(setup, *entry) in request.only]
+    own = (_stated(setup).order, _stated(setup).refinements)
+    return [own, *(entry for entry in known if _key(setup, *entry) in request.only)]
 
 
 def _foreseen(setup: Setup, trials: Sequence[_Trial], order: int) -> tuple[int, float]:
     """Unknowns, at most, and seconds of the next elements of an order, from the last ones."""
     before = [trial for trial in trials if trial.order == order] or trials
     factor = 2**setup.lattice.dimension  # for cells divided once, and for elements of second order
-    growth = GROWTH[setup.lattice.dimension] if setup.scene.load_cases.times is None else GROWTH_IN_MOTION
+    is_static = setup.scene.load_cases.times is None
+    growth = GROWTH[setup.lattice.dimension, order] if is_static else GROWTH_IN_MOTION
     return before[-1].unknowns * factor, before[-1].seconds * factor**growth
 
 
@@ -299,19 +302,33 @@ def _notes(setup: Setup, trials: Sequence[_Trial], judge: _Judge, errors: _Error
     )
     if judge.trial.order == 1:
         yield "No elements of second order answered every load case, so that elements of first order judge their own."
-    yield from _convergence(errors)
+    orders = list(_convergence(errors))
+    yield from orders
+    if orders:
+        yield (
+            "Orders are less where stresses are infinite or jump, at corners of held sides and at the ends of loads: "
+            "down to 1, and below, at nodes that lie there; at nodes of even meshes they may be more."
+        )
+    before = errors.get((judge.trial.order, judge.trial.level - 1))
+    if before is not None and judge.extrapolated < len(judge.positions):
+        yield (
+            f"What is not extrapolated is itself off: by {np.median(before):.2g} of the displacement if it converges "
+            "with order 1, and less where with more."
+        )
     doubts = _doubts(setup, trials, judge)
     if doubts:
         yield (
             f"Elements of first order alone, extrapolated from three meshes, end {np.median(doubts):.2g} of the "
-            f"displacement away from that ({max(doubts):.2g} at most): so much, at most, is in doubt."
+            f"displacement away from that ({max(doubts):.2g} in the worst load case), which measures what is in doubt."
         )
-    points = _refinement(setup, 0, 1).count_points(np.any([case.supports for case in setup.cases], axis=0))
+    points = max(_refinement(setup, 0, 1).count_points(case.supports) for case in setup.cases)
     if points:
         yield (
-            f"{points} held nodes fill no side of a cell and stay points, which hold a body the less the finer its "
-            "elements are: what they carry has no limit to converge to."
+            f"Up to {points} held nodes in a load case fill no side of a cell and stay points, which give way the more "
+            "the finer the elements are: unless they carry nothing, there is no limit to converge to."
         )
+    if (_stated(setup).order, _stated(setup).refinements) not in errors:
+        yield "The scene's own elements are not among them, since too many finer ones would have to judge them."
 
 
 def _convergence(errors: _Errors) -> Iterator[str]:
@@ -320,11 +337,10 @@ def _convergence(errors: _Errors) -> Iterator[str]:
         observed = _observed(errors, order, level)
         if observed is not None:
             value, low, high = (f"{number:.2f}" for number in (observed.value, observed.low, observed.high))
+            spread = "" if low == high else f" ({low} to {high} over the load cases)"
             yield (
-                f"Elements of {series} converge with order {value} ({low} to {high} over the load cases) in the last "
-                f"step; theory has {THEORY[order]:g} for smooth solutions, more at the nodes of even meshes, and less "
-                "where stresses are infinite or jump, at corners of held sides and at the ends of loads: down to 1, "
-                "and below, at nodes that lie there."
+                f"Elements of {series} converge with order {value}{spread} in the last step, where theory has "
+                f"{THEORY[order]:g} for smooth solutions."
             )
 
 
