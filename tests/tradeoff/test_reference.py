@@ -10,6 +10,7 @@ import pytest
 from springopt.errors import UserError
 from springopt.reference.fem import FemReference
 from springopt.scene import Scene, load_scene
+from springopt.tradeoff import elements
 from springopt.tradeoff.axes import reference
 from springopt.tradeoff.axes.reference import AXIS
 from springopt.tradeoff.point import Findings, Point, Request
@@ -36,8 +37,9 @@ train = [{ name = "pulled", hold = "left", push = { on = "right", force = [1.0, 
 
 @pytest.fixture(autouse=True)
 def _plans_do_not_depend_on_the_machine(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(reference, "time", SimpleNamespace(perf_counter=lambda: 0.0))
-    monkeypatch.setattr(reference, "MOST_UNKNOWNS", {2: 3000, 3: 700})
+    for module in (elements, reference):
+        monkeypatch.setattr(module, "time", SimpleNamespace(perf_counter=lambda: 0.0))
+    monkeypatch.setattr(elements, "MOST_UNKNOWNS", {2: 3000, 3: 700})
 
 
 def scene(folder: Path, text: str, **tables: object) -> Scene:
@@ -92,7 +94,7 @@ def test_the_scene_s_own_elements_are_marked_and_what_a_scene_says_gives_the_oth
     first = next(iter(findings.points))
     assert first.is_stated
     assert first.states == {"reference.order": 1, "reference.refinements": 0}
-    answers = reference._deformed(setup, reference._table(setup, 1, 0))
+    answers = elements.deformed(setup, elements.table_of(setup, 1, 0))
     np.testing.assert_allclose(answers, setup.reference_positions, rtol=0, atol=1e-12)
     for point in findings.points:
         changes = {name.removeprefix("reference."): value for name, value in point.states.items()}
@@ -163,7 +165,7 @@ def test_motion_is_measured_as_far_as_modes_go(tmp_path: Path) -> None:
     )
     text += "times = [0.2, 0.4]\n[stepping]\nstep = 0.1\n"
     findings = measured(scene(tmp_path, text))
-    assert max(point.numbers["unknowns"] for point in findings.points) <= reference.MOST_UNKNOWNS_IN_MOTION
+    assert max(point.numbers["unknowns"] for point in findings.points) <= elements.MOST_UNKNOWNS_IN_MOTION
     assert all(point.is_good for point in findings.points)
     assert findings.points[2].errors[0] < findings.points[0].errors[0]
 
@@ -186,7 +188,7 @@ def test_points_that_hold_are_told_of(tmp_path: Path) -> None:
 
 
 def test_a_lattice_that_nothing_finer_judges_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(reference, "MOST_UNKNOWNS", {2: 100, 3: 100})
+    monkeypatch.setattr(elements, "MOST_UNKNOWNS", {2: 100, 3: 100})
     findings = measured(scene(tmp_path, CLAMPED))
     assert not findings.points
     assert "nothing judges" in findings.notes[0]
