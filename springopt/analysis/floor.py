@@ -73,12 +73,12 @@ def _floor(
         reached=found.value,
         point=found.point.tolist() if proof is None else None,
         analytic=None if start is None else start[1],
-        sampled=_sampled(setup) if start is None else None,
+        sampled=sampled_value(setup) if start is None else None,
         evidence=found.evidence | (evidence or {}) | versions,
     )
 
 
-def _sampled(setup: Setup) -> float:
+def sampled_value(setup: Setup) -> float:
     """The median value of random samples: of those that have an equilibrium, if any has one."""
     points = setup.encoding.sample(np.random.default_rng(0), SAMPLES)
     evaluation = setup.objective.evaluate(setup.encoding.decode(points))

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from springopt.analysis.way import Way
 from springopt.checks import Floats
 from springopt.comparison.record import Record
-from springopt.comparison.targets import Way
 
 PLACES = 60  # evenly over the logarithm of the evaluations
 

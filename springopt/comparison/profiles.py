@@ -11,9 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from springopt.analysis.way import Way
 from springopt.checks import Floats
 from springopt.comparison.record import UNITS, Record
-from springopt.comparison.targets import TARGETS, Way
+from springopt.comparison.targets import TARGETS
 
 POINTS_A_DECADE = 20
 

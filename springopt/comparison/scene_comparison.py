@@ -9,11 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
+from springopt.analysis.way import Way
 from springopt.checks import Floats
 from springopt.comparison.course import Course, course_of
 from springopt.comparison.record import UNITS, Record
 from springopt.comparison.running_time import Estimate, running_time, success_rate
-from springopt.comparison.targets import TARGETS, Way, clipped, way_of
+from springopt.comparison.targets import TARGETS, clipped, way_of
 from springopt.comparison.terms import grouped
 from springopt.comparison.within_scene import Pair, Sample, compare_pairs
 

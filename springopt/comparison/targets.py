@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from springopt.analysis.known_floor import Floor, stored_floors
+from springopt.analysis.way import Way
 from springopt.checks import Floats
 from springopt.comparison.record import Record
 from springopt.scene.bundled import scene_file
@@ -18,29 +18,6 @@ TARGETS = (1, 2, 3, 4, 5, 6)
 
 #: Gaps up to the last target are equal: whoever is there has solved the scene, near the forward solve's tolerance.
 SOLVED = 10.0 ** -TARGETS[-1]
-
-
-@dataclass(frozen=True)
-class Way:
-    """From a scene's start, which needs no search, to the lowest value known of it."""
-
-    start: float
-    start_is: str  #: what the start's value is of
-    floor: float
-    proven: bool  #: whether no value can be lower
-    notes: tuple[str, ...] = ()  #: sentences, where start or floor are not the stored ones
-
-    def gap(self, value: float) -> float:
-        """The share of the way that is left: 0 at the floor, 1 at the start, more above it."""
-        return (value - self.floor) / self.length
-
-    def target(self, exponent: int) -> float:
-        """The value of a target; one that is not above it has solved it."""
-        return self.floor + 10.0**-exponent * self.length
-
-    @property
-    def length(self) -> float:
-        return self.start - self.floor if self.start > self.floor else 1.0
 
 
 def way_of(records: Sequence[Record], folders: Sequence[Path]) -> Way:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,7 +46,7 @@ def build(scene: Scene, *, threads: int = 1) -> Setup:
     model = build_model(scene, lattice, threads=threads)
     cases = scene.load_cases.build(lattice)
     reference = scene.reference.build(model)
-    reference_positions = _deformed(scene, reference, cases)
+    reference_positions = deformed(scene, reference, cases)
     objective = Objective(model, cases, reference_positions, reference=reference, **scene.objective.model_dump())
     return Setup(scene, lattice, model, cases, reference_positions, scene.encoding.build_for(model), objective)
 
@@ -64,7 +65,11 @@ def build_model(scene: Scene, lattice: SpringLattice, *, threads: int = 1) -> Mo
     )
 
 
-def _deformed(scene: Scene, reference: Reference, cases: list[LoadCase]) -> Floats:
+def deformed(scene: Scene, reference: Reference, cases: Sequence[LoadCase]) -> Floats:
+    """What a scene learns from [length], shape (c, n, d), or (c, t, n, d) where cases have times.
+
+    Raises SceneError, with every load case in which the reference has no answer.
+    """
     positions, faults = [], []
     for case in cases:
         try:

@@ -31,7 +31,11 @@ def advise(tradeoff: Tradeoff) -> list[str]:
 
 def _saving(measured: Measured, stated: Point, most: float) -> str | None:
     """A cheaper setting of an axis whose error would still not be seen beside the largest."""
-    wanted = [p for p in measured.points if p.is_good and p.error is not None and p.error.high <= UNSEEN * most]
+    wanted = [
+        p
+        for p in measured.points
+        if not p.is_apart and p.is_good and p.error is not None and p.error.high <= UNSEEN * most
+    ]
     cheapest = min(wanted, key=lambda point: point.processor_seconds.value, default=None)
     if cheapest is None or cheapest is stated:
         return None

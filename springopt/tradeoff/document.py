@@ -56,6 +56,7 @@ def _point(point: Point) -> dict[str, Any]:
         "setting": point.name,
         "states": dict(point.states),
         "is_stated": point.is_stated,
+        "is_apart": point.is_apart,
         "error": None if point.error is None else asdict(point.error),
         "answers": len(point.errors),
         "failures": point.failures,

@@ -25,3 +25,12 @@ def relative_errors(positions: Reals, known: Reals, nodes: Floats) -> Floats:
     moved = np.linalg.norm(known - nodes, axis=-1).mean(axis=-1)
     # What does not move is measured by the size of the body.
     return np.asarray(distances / np.where(moved > 0.0, moved, np.ptp(nodes, axis=0).max()), dtype=float)
+
+
+def errors_of_cases(positions: Reals, known: Reals, nodes: Floats) -> Floats:
+    """The same of load cases, shape (c,): static ones (c, n, d), or motions (c, t, n, d), each over all its times."""
+    cases, dimension = len(known), nodes.shape[1]
+    times = known[0].size // nodes.size if cases else 1
+    return relative_errors(
+        positions.reshape(cases, -1, dimension), known.reshape(cases, -1, dimension), np.tile(nodes, (times, 1))
+    )

@@ -25,6 +25,7 @@ class Setting:
     solves: int = 1  #: that a call makes: times are of one of them
     states: Mapping[str, Any] = field(default_factory=dict)  #: how a scene states it, as {"objective.tolerance": 1e-4}
     is_stated: bool = False  #: whether the scene states it
+    is_apart: bool = False  #: whether another truth judges it than most: it compares with its own series alone
     numbers: Mapping[str, float] = field(default_factory=dict)  #: what else is known of it, as its springs
     #: What else is read off what `run` returns, as its iterations, beside the numbers; and why some are no answers.
     count: Callable[[Any], Mapping[str, float]] = lambda answer: {}
@@ -43,6 +44,7 @@ class Point:
     warm_up: float = 0.0  #: seconds on the wall
     states: Mapping[str, Any] = field(default_factory=dict)
     is_stated: bool = False
+    is_apart: bool = False  #: see `Setting`
     numbers: Mapping[str, Any] = field(default_factory=dict)
     why: str = ""  #: it failed, where it did
 
@@ -129,6 +131,7 @@ def _point(setting: Setting, timing: Timing, answer: Any) -> Point:
         warm_up=timing.warm_up,
         states=setting.states,
         is_stated=setting.is_stated,
+        is_apart=setting.is_apart,
         numbers={**setting.numbers, **setting.count(answer)},
         why="" if np.isfinite(errors).all() else setting.why(answer),
     )

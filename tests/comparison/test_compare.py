@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from springopt.analysis.way import Way
 from springopt.comparison.across_scenes import rank
 from springopt.comparison.comparison import compare
 from springopt.comparison.complete_block import complete_block
@@ -14,7 +15,6 @@ from springopt.comparison.method_summary import summarize
 from springopt.comparison.profiles import solved_over_budget
 from springopt.comparison.record import Record
 from springopt.comparison.scene_comparison import compare_on_scene
-from springopt.comparison.targets import Way
 
 MakeRecord = Callable[..., Record]
 

@@ -8,9 +8,10 @@ import pytest
 
 from springopt.analysis import known_floor
 from springopt.analysis.known_floor import Floor
+from springopt.analysis.way import Way
 from springopt.comparison.record import Record
 from springopt.comparison.scene_comparison import compare_on_scene
-from springopt.comparison.targets import SOLVED, Way, clipped, way_of
+from springopt.comparison.targets import SOLVED, clipped, way_of
 from springopt.comparison.within_scene import Sample, compare_pairs
 
 MakeRecord = Callable[..., Record]

@@ -24,6 +24,7 @@ def point(series, setting, error, seconds, **options):
         "setting": setting,
         "states": {},
         "is_stated": False,
+        "is_apart": False,
         "error": None if error is None else interval(error),
         "answers": 4,
         "failures": 4 if error is None else 0,

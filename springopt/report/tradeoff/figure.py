@@ -33,7 +33,7 @@ def draw_tradeoff(axis: Mapping[str, Any]) -> Figure:
             of_series = [point for point in axis["points"] if point["series"] == name]
             colour = style.SERIES[number % len(style.SERIES)]
             marker = MARKERS[(number // len(style.SERIES) + number) % len(MARKERS)]
-            _draw_series(axes, name, of_series, bottom, fmt=f"{marker}{'-' if axis['is_graded'] else ''}", color=colour)
+            _draw_series(axes, name, of_series, bottom, fmt=f"{marker}{_line(axis, of_series)}", color=colour)
         _draw_front(axes, axis["points"], bottom)
         axes.set(
             xscale="log", yscale="log", xlabel=f"processor time of {axis['time']} [s]", ylabel=_label(axis["error"])
@@ -47,6 +47,13 @@ def draw_tradeoff(axis: Mapping[str, Any]) -> Figure:
         axes.set_axisbelow(True)
         figure.legend(loc="outside lower center", ncols=LEGEND_COLUMNS, **style.LEGEND)
     return figure
+
+
+def _line(axis: Mapping[str, Any], points: Sequence[Mapping[str, Any]]) -> str:
+    """Joined where settings are graded; dotted where another truth judges them."""
+    if not axis["is_graded"]:
+        return ""
+    return ":" if points[0]["is_apart"] else "-"
 
 
 def _draw_series(

@@ -15,7 +15,7 @@ from springopt.forward.motion.follow import Motions
 from springopt.forward.status import STATUSES, has_equilibrium
 from springopt.model import Model
 from springopt.scene import Scene, Setup
-from springopt.tradeoff.errors import relative_errors
+from springopt.tradeoff.errors import errors_of_cases
 from springopt.tradeoff.point import Axis, Findings, Request, Setting, measure_settings
 
 EVERYTHING = "everything"
@@ -56,7 +56,7 @@ def _setting(setup: Setup, variant: Variant, known: Floats) -> Setting:
         return model.find(groups, repeated, setup.objective.tolerance)
 
     def judge(answers: Equilibria | Motions) -> Floats:
-        return _errors(setup, model, answers, known)
+        return _errors(model, answers, known)
 
     def why(answers: Equilibria | Motions) -> str:
         return ", ".join(
@@ -72,16 +72,11 @@ def _lost(answers: Equilibria | Motions) -> list[int]:
     return np.flatnonzero(~has_equilibrium(answers.codes[0])).tolist()
 
 
-def _errors(setup: Setup, model: Model, answers: Equilibria | Motions, known: Floats) -> Floats:
+def _errors(model: Model, answers: Equilibria | Motions, known: Floats) -> Floats:
     """Of each load case, shape (c,); inf where it has no answer."""
-    nodes, cases = model.lattice.nodes, len(setup.cases)
+    nodes = model.lattice.nodes
     positions = nodes + answers.displacements[0].reshape(known.shape)
-    times = known.size // (cases * nodes.size)
-    errors = relative_errors(
-        positions.reshape(cases, -1, nodes.shape[1]),
-        known.reshape(cases, -1, nodes.shape[1]),
-        np.tile(nodes, (times, 1)),
-    )
+    errors = errors_of_cases(positions, known, nodes)
     return np.where(has_equilibrium(answers.codes[0]), errors, np.inf)
 
 

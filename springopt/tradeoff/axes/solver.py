@@ -293,4 +293,5 @@ AXIS = Axis(
     time="one forward solve",
     missing=_missing,
     measure=_measure,
+    shown=("iterations",),
 )

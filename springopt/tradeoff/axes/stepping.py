@@ -25,7 +25,7 @@ from springopt.forward.status import STATUSES, has_equilibrium
 from springopt.load_case import LoadCase
 from springopt.scene import Scene, Setup
 from springopt.scene.build import build_model
-from springopt.tradeoff.errors import relative_errors
+from springopt.tradeoff.errors import errors_of_cases
 from springopt.tradeoff.independent.motion import KnownMotion, known_motion, massless_node
 from springopt.tradeoff.independent.stability_limit import StabilityLimit, stability_limit
 from springopt.tradeoff.independent.system import System
@@ -90,11 +90,10 @@ class _Motions:
 
     def judge(self, answer: Motions) -> Floats:
         """Of every load case, over all its times; inf where the motion breaks off."""
-        count = answer.displacements.shape[2]
-        nodes = np.tile(self.setup.lattice.nodes, (count, 1))
-        u = answer.displacements[0].reshape(len(self.cases), *nodes.shape)
-        known = np.stack([motion.displacements.reshape(nodes.shape) for motion in self.known])
-        errors = relative_errors(nodes + u, nodes + known, nodes)
+        nodes = self.setup.lattice.nodes
+        u = answer.displacements[0].reshape(*answer.displacements.shape[1:3], *nodes.shape)
+        known = np.stack([motion.displacements.reshape(u.shape[1:]) for motion in self.known])
+        errors = errors_of_cases(nodes + u, nodes + known, nodes)
         errors[~has_equilibrium(answer.codes[0])] = np.inf
         return errors
 
@@ -257,4 +256,5 @@ AXIS = Axis(
     time="one motion",
     missing=_missing,
     measure=_measure,
+    shown=("steps",),
 )

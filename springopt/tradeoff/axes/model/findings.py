@@ -146,6 +146,7 @@ def _setting(one: Identified, body: Running, answers: Equilibria | Motions, step
         solves=len(one.setup.cases),
         states=one.variation.states,
         is_stated=one.variation.is_stated,
+        is_apart=one.variation.is_apart,
         numbers=numbers,
     )
 

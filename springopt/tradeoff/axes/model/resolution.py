@@ -119,7 +119,8 @@ def _at(scene: Scene, factor: Fraction, cells: Any, fine: Any, positions: Floats
         assert isinstance(varied.lattice, GridTable)
         states = {"lattice.grid": varied.lattice.grid, "lattice.spacing": varied.lattice.spacing, "encoding.kind": kind}
         stated = factor == 1 and kind == scene.encoding.kind
-        yield Variation(f"resolution, {'free' if kind == FREE else 'classes'}", f"{nodes} nodes", setup, states, stated)
+        series = f"resolution, {'free' if kind == FREE else 'classes'}"
+        yield Variation(series, f"{nodes} nodes", setup, states, stated, is_apart=True)
 
 
 def _finest_classes(scene: Scene, cells: Any) -> str:

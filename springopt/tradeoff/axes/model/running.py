@@ -17,7 +17,7 @@ from springopt.model import Model
 from springopt.scene import Setup
 from springopt.scene.build import build_model
 from springopt.tradeoff.axes.model.resampling import why_springs_stay
-from springopt.tradeoff.errors import relative_errors
+from springopt.tradeoff.errors import errors_of_cases
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,10 +56,8 @@ class Running:
 
     def errors(self, answers: Equilibria | Motions) -> Floats:
         """Mean distances from the reference over its mean displacements, inf where there is no answer, shape (c,)."""
-        nodes = self.setup.lattice.nodes
         known = self._flat(self.setup.reference_positions)
-        rest = np.tile(nodes, (known.shape[1] // len(nodes), 1))
-        errors = relative_errors(self._positions(answers), known, rest)
+        errors = errors_of_cases(self._positions(answers), known, self.setup.lattice.nodes)
         return np.where(has_equilibrium(answers.codes[0]), errors, np.inf)
 
     def misfits(self, answers: Equilibria | Motions) -> Floats:

@@ -40,6 +40,7 @@ class Variation:
     setup: Setup
     states: Mapping[str, Any] = field(default_factory=dict)  #: as in `tradeoff.point.Setting`
     is_stated: bool = False
+    is_apart: bool = False  #: as in `tradeoff.point.Setting`
 
 
 @dataclass(frozen=True, eq=False)
