@@ -125,6 +125,24 @@ def test_finer_elements_are_nearer_in_3d(cell: str, name: str, tmp_path: Path) -
     assert errors["second order", name] < errors["first order", name]
 
 
+def test_cells_of_a_mesh_file_are_divided_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(elements, "MOST_UNKNOWNS", {2: 20_000, 3: 0})
+    mesh = Path(__file__).parents[1] / "data" / "fem" / "ellipse_hole.msh"
+    text = CLAMPED.replace("grid = [5, 5]", f"mesh = {str(mesh)!r}").replace(
+        '["left", "right", "bottom", "top"]', '["left", "bottom"]'
+    )
+    stated = scene(tmp_path, text)
+    findings = measured(stated)
+    cells = stated.lattice.build().cells
+    assert cells is not None
+    assert [point.name for point in of_series(findings, "first order")][:2] == [
+        f"{len(cells):,} cells",
+        f"{4 * len(cells):,} cells",
+    ]
+    errors = errors_of(findings, "first order")
+    assert errors == sorted(errors, reverse=True)
+
+
 def test_named_settings_are_measured_alone(tmp_path: Path) -> None:
     wanted = frozenset({("first order", "8 x 8 cells")})
     findings = measured(scene(tmp_path, CLAMPED), only=wanted)

@@ -121,6 +121,7 @@ def _notes(setup: Setup, trials: Sequence[Trial], judge: Judge, errors: _Errors)
         f"Errors are distances from elements of {series} on {name}, with {judge.trial.unknowns:,} unknowns"
         f"{extrapolated if judge.extrapolated else ''}."
     )
+    yield "On all meshes nodal forces are the tractions, or inside the forces by volume, that they are on the lattice."
     if judge.trial.order == 1:
         yield "No elements of second order answered every load case, so that elements of first order judge their own."
     orders = list(_convergence(errors))
