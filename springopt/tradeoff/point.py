@@ -109,7 +109,8 @@ class Axis:
     measure: Callable[[Setup, Request], Findings]
     shown: Sequence[str] = ()  #: which of the points' numbers the table shows
     is_graded: bool = True  #: whether its settings are more and more accurate, so that a digit has a price
-    is_of_positions: bool = True  #: whether the error is a share of the displacements, as in `errors.relative_errors`
+    #: Whether its error, a share of the displacements as in `errors`, is a part of the whole that no other axis has.
+    is_part: bool = True
 
 
 def measure_settings(settings: Sequence[Setting], request: Request) -> list[Point]:

@@ -77,7 +77,7 @@ AXIS = Axis(
     time="one load case of the reference",
     missing=_missing,
     measure=_measure,
-    shown=("unknowns", "observed_order", "theoretical_order"),
+    shown=("unknowns", "observed_order"),
 )
 
 

@@ -14,5 +14,5 @@ AXIS = Axis(
     time="one forward solve of the identified model",
     missing=why_missing,
     measure=measure,
-    shown=("springs", "training_error", "test_misfit", "step_seconds", "steps_per_second"),
+    shown=("springs", "training_error", "steps_per_second"),
 )
