@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -35,8 +35,8 @@ MOST_CANDIDATES = 16
 #: How often candidates are drawn for those without an equilibrium, and the share of bits that are flipped to draw one.
 DRAWS = 4
 FLIPPED = 0.02
-#: Calls of a setting that there should be time for, and those that are made whatever the time.
-CALLS, LEAST_CALLS = 12, 4
+#: Calls of a setting that there should be time for: of several candidates, and of one at least.
+CALLS, LEAST_CALLS = 12, 6
 LEAST_SHARE = 0.5  # of the seconds, that are left to the clock whatever was spent before
 ELSEWHERE = 1e-3  # further from a known equilibrium than any tight solve should be
 LARGEST = 30_000  # degrees of freedom: SciPy's factors of larger ones take minutes
@@ -66,6 +66,12 @@ class _Solves:
     def count(self) -> int:
         return len(self.candidates) * len(self.setup.cases)
 
+    def first(self, count: int) -> _Solves:
+        """Those of the first candidates alone."""
+        known = self.known
+        few = {name: getattr(known, name)[:count] for name in ("displacements", "is_known", "has_none", "why")}
+        return replace(self, candidates=self.candidates[:count], known=replace(known, **few))
+
     def setting(self, series: str, name: str, model: Model, tolerance: float, **said: Any) -> Setting:
         return Setting(
             series=series,
@@ -73,6 +79,7 @@ class _Solves:
             run=partial(model.find, model.groups(self.setup.cases), self.candidates, tolerance),
             judge=self.judge,
             solves=self.count,
+            numbers={"candidates": len(self.candidates)},
             count=lambda answer: {"iterations": float(np.median(answer.iterations))},
             why=self.why,
             **said,
@@ -100,28 +107,43 @@ class _Solves:
 def _measure(setup: Setup, request: Request) -> Findings:
     end = time.perf_counter() + request.seconds
     chosen = _chosen(setup)
-    engines, left_out = _engines(setup, request, chosen)
-    candidates, drawn = _draw(setup, request, engines, chosen)
+    counts, left_out = _counts(setup, request, chosen)
+    most = max(counts.values(), default=1)
+    candidates, notes = _draw(setup, most, request.seed, chosen)
+    counts = {engine: _cut(setup, request, engine, candidates[:count]) for engine, count in counts.items()}
+    candidates = candidates[: max(counts.values(), default=1)]
     begin = "sparse" if chosen == "lanes" else "lanes" if _suits_lanes(setup) else "iterative"
     solves = _Solves(setup, candidates, known_equilibria(setup.model, begin, candidates, setup.cases))
     settings = [
-        _exact(solves, engine, tolerance, is_stated=engine == chosen and tolerance == setup.objective.tolerance)
-        for engine in engines
-        for tolerance in _tolerances(setup)
+        _exact(solves.first(count), engine, tolerance, is_stated=engine == chosen and is_own)
+        for engine, count in counts.items()
+        for tolerance, is_own in _tolerances(setup).items()
     ]
     try:
         settings.append(_small(solves))
     except UserError as error:  # an effect has no expansion at rest
         left_out.append(f"There is no setting of linear kinematics: {error}")
-    others = [said for engine in engines if engine != begin for said in _other_equilibria(solves, engine, begin)]
-    notes = [*drawn, *_said_of(solves.known, begin), *others, *left_out]
+    fewer = [
+        f"The engine {engine} is slower and solves the first {count} of these {len(candidates)} candidates alone."
+        for engine, count in counts.items()
+        if count < len(candidates)
+    ]
+    others = [
+        said
+        for engine, count in counts.items()
+        if engine != begin
+        for said in _other_equilibria(solves.first(count), engine, begin)
+    ]
+    notes = [*notes, *fewer, *_said_of(solves.known, begin), *others, *left_out]
     notes.append("No engine offers single precision: all compute in double precision, where errors end at some 1e-16.")
     left = max(end - time.perf_counter(), LEAST_SHARE * request.seconds)
     return Findings(measure_settings(settings, replace(request, seconds=left)), notes=notes)
 
 
-def _tolerances(setup: Setup) -> list[float]:
-    return sorted({*TOLERANCES, setup.objective.tolerance}, reverse=True)
+def _tolerances(setup: Setup) -> dict[float, bool]:
+    """From loose to tight, and whether it is the scene's own."""
+    own = setup.objective.tolerance
+    return {tolerance: tolerance == own for tolerance in sorted({*TOLERANCES, own}, reverse=True)}
 
 
 def _with_engine(setup: Setup, engine: str | None) -> Model:
@@ -174,9 +196,9 @@ def _suits_lanes(setup: Setup) -> bool:
     return all(choice.unknowns * choice.half_bandwidth**2 <= LANES_MOST for choice in choices)
 
 
-def _engines(setup: Setup, request: Request, chosen: str) -> tuple[dict[str, float], list[str]]:
-    """(seconds of one candidate under all load cases for each engine that is measured, what is said of the others)."""
-    found, notes, tolerances = {}, [], _tolerances(setup)
+def _counts(setup: Setup, request: Request, chosen: str) -> tuple[dict[str, int], list[str]]:
+    """(how many candidates each engine has time for, what is said of engines that are left out)."""
+    counts, notes, tolerances = {}, [], _tolerances(setup)
     candidate = setup.encoding.decode(choose_point(setup).numbers)[None]
     for engine in ENGINES:
         if not any(request.wants(_series(engine), _name(tolerance)) for tolerance in tolerances):
@@ -185,14 +207,29 @@ def _engines(setup: Setup, request: Request, chosen: str) -> tuple[dict[str, flo
             notes.append("The engine lanes is left out: factors of this size take it minutes.")
             continue
         seconds = _seconds(setup, engine, candidate)
-        if engine != chosen and seconds * LEAST_CALLS * len(tolerances) > request.seconds:
+        if engine != chosen and seconds * LEAST_CALLS * len(tolerances) > request.seconds / len(ENGINES):
             notes.append(
                 f"The engine {engine} is left out: {seconds:.2g} s for one candidate under all load cases are too long "
-                f"to be measured at {len(tolerances)} tolerances within {request.seconds:g} s."
+                f"to be measured at {len(tolerances)} tolerances within a third of {request.seconds:.3g} s."
             )
             continue
-        found[engine] = seconds
-    return found, notes
+        counts[engine] = _affordable(setup, request, engine, seconds)
+    return counts, notes
+
+
+def _affordable(setup: Setup, request: Request, engine: str, seconds: float) -> int:
+    """How many candidates an engine has time for, that take it so many seconds each."""
+    least, calls = 1, CALLS * len(_tolerances(setup))
+    if engine == "lanes":  # they hold load cases with the same supports, and are to be full as in a population
+        groups = _with_engine(setup, engine).groups(setup.cases)
+        least = -(-LANE_COUNT * len(groups) // len(setup.cases))
+    return max(least, int(min(request.seconds / len(ENGINES) / max(seconds * calls, 1e-9), MOST_CANDIDATES)))
+
+
+def _cut(setup: Setup, request: Request, engine: str, candidates: Floats) -> int:
+    """The same for candidates that were drawn: they may be harder than the point is."""
+    seconds = _seconds(setup, engine, candidates) / len(candidates)
+    return min(_affordable(setup, request, engine, seconds), len(candidates))
 
 
 def _seconds(setup: Setup, engine: str, candidates: Floats) -> float:
@@ -205,38 +242,24 @@ def _seconds(setup: Setup, engine: str, candidates: Floats) -> float:
     return time.perf_counter() - begin
 
 
-def _draw(setup: Setup, request: Request, engines: Mapping[str, float], chosen: str) -> tuple[Floats, list[str]]:
+def _draw(setup: Setup, count: int, seed: int, chosen: str) -> tuple[Floats, list[str]]:
     """(candidates (m, s + f), what is said of them): the point, and others that have all equilibria."""
-    point, calls = choose_point(setup), CALLS * len(_tolerances(setup))
-    model = _with_engine(setup, chosen)
-    groups, rng = model.groups(setup.cases), np.random.default_rng(request.seed)
-    # Lanes hold load cases with the same supports, and are to be full as in a population.
-    least = -(-LANE_COUNT * len(groups) // len(setup.cases)) if "lanes" in engines else 1
-    wanted = _affordable(request, calls * sum(engines.values()), least)
-    rows, tried = [setup.encoding.decode(point.numbers)], 0
+    point, model, rng = choose_point(setup), _with_engine(setup, chosen), np.random.default_rng(seed)
+    groups, rows, tried = model.groups(setup.cases), [setup.encoding.decode(point.numbers)], 0
     for _ in range(DRAWS):
-        if len(rows) == wanted:
+        if len(rows) == count:
             break
-        drawn = _others(setup, point.numbers, rng, wanted - len(rows))
+        drawn = _others(setup, point.numbers, rng, count - len(rows))
         answers = model.find(groups, drawn, TOLERANCE)
         assert isinstance(answers, Equilibria)  # load cases with times have motions
         rows += list(drawn[has_equilibrium(answers.codes).all(axis=1)])
         tried += len(drawn)
-    lost = tried - (len(rows) - 1)
-    candidates = np.array(rows)
-    if len(rows) > 1:  # they may be harder than the point is
-        seconds = calls * sum(_seconds(setup, engine, candidates) for engine in engines) / len(rows)
-        candidates = candidates[: _affordable(request, seconds, least)]
-    kind = "flipping few of its bits" if setup.encoding.kind == "binary" else "chance from the box"
     said = f"Solved are all load cases ({len(setup.cases)}) of one candidate, {point.said}"
-    if len(candidates) > 1:
-        said += f", and of {len(candidates) - 1} others drawn by {kind} (seed {request.seed})"
-    return candidates, [f"{said}.", *([f"Of {tried} that were drawn {lost} had no equilibrium."] if lost else [])]
-
-
-def _affordable(request: Request, seconds: float, least: int) -> int:
-    """How many candidates there is time for, that take so many seconds each; at least so many."""
-    return max(least, int(min(request.seconds / max(seconds, 1e-9), MOST_CANDIDATES)))
+    if len(rows) > 1:
+        kind = "flipping few of its bits" if setup.encoding.kind == "binary" else "chance from the box"
+        said += f", and of others drawn by {kind} (seed {seed})"
+    lost = tried - (len(rows) - 1)
+    return np.array(rows), [f"{said}.", *([f"Of {tried} that were drawn {lost} had no equilibrium."] if lost else [])]
 
 
 def _others(setup: Setup, point: Floats, rng: np.random.Generator, count: int) -> Floats:

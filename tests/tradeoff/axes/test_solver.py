@@ -62,7 +62,7 @@ EXAMPLES = Path(__file__).parents[3] / "examples"
 
 @pytest.fixture(scope="module")
 def findings(scene_of):
-    return AXIS.measure(scene_of(SQUARE).build(), Request(1.0))
+    return AXIS.measure(scene_of(SQUARE).build(), Request(4.0))
 
 
 def series(findings, name):
@@ -101,7 +101,7 @@ def test_small_displacements_are_judged_by_exact_ones(findings):
 def test_what_was_drawn_and_how_it_is_judged_is_said(findings):
     assert "all load cases (2) of one candidate, at the reference's stiffness" in findings.notes[0]
     assert "drawn by chance from the box (seed 0)" in findings.notes[0]
-    assert "the engine sparse begins and SciPy polishes" in findings.notes[1]
+    assert any("the engine sparse begins and SciPy polishes" in note for note in findings.notes)
     assert "single precision" in findings.notes[-1]
 
 
