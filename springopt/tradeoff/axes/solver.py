@@ -30,6 +30,7 @@ from springopt.tradeoff.independent.system import System
 from springopt.tradeoff.point import Axis, Findings, Request, Setting, measure_settings
 
 TOLERANCES = tuple(float(f"1e-{digits}") for digits in range(2, 13))
+FEW_TOLERANCES = 1e-4, 1e-8, 1e-12  # where an engine has no time for all
 #: The point and candidates beside it; fewer where time is short.
 MOST_CANDIDATES = 16
 #: How often candidates are drawn for those without an equilibrium, and the share of bits that are flipped to draw one.
@@ -107,32 +108,34 @@ class _Solves:
 def _measure(setup: Setup, request: Request) -> Findings:
     end = time.perf_counter() + request.seconds
     chosen = _chosen(setup)
-    counts, left_out = _counts(setup, request, chosen)
-    most = max(counts.values(), default=1)
+    ladders, left_out = _ladders(setup, request, chosen)
+    most = max((ladder.count for ladder in ladders), default=MOST_CANDIDATES)
     candidates, notes = _draw(setup, most, request.seed, chosen)
-    counts = {engine: _cut(setup, request, engine, candidates[:count]) for engine, count in counts.items()}
-    candidates = candidates[: max(counts.values(), default=1)]
+    ladders = [_cut(setup, request, ladder, candidates) for ladder in ladders]
+    candidates = candidates[: max((ladder.count for ladder in ladders), default=len(candidates))]
     begin = "sparse" if chosen == "lanes" else "lanes" if _suits_lanes(setup) else "iterative"
     solves = _Solves(setup, candidates, known_equilibria(setup.model, begin, candidates, setup.cases))
+    is_own = partial(_is_own, setup, chosen)
     settings = [
-        _exact(solves.first(count), engine, tolerance, is_stated=engine == chosen and is_own)
-        for engine, count in counts.items()
-        for tolerance, is_own in _tolerances(setup).items()
+        _exact(solves.first(ladder.count), ladder.engine, tolerance, is_stated=is_own(ladder.engine, tolerance))
+        for ladder in ladders
+        for tolerance in ladder.tolerances
     ]
     try:
         settings.append(_small(solves))
     except UserError as error:  # an effect has no expansion at rest
         left_out.append(f"There is no setting of linear kinematics: {error}")
     fewer = [
-        f"The engine {engine} is slower and solves the first {count} of these {len(candidates)} candidates alone."
-        for engine, count in counts.items()
-        if count < len(candidates)
+        f"The engine {ladder.engine} is slower: it solves the first {ladder.count} of these {len(candidates)} "
+        "candidates alone."
+        for ladder in ladders
+        if ladder.count < len(candidates)
     ]
     others = [
         said
-        for engine, count in counts.items()
-        if engine != begin
-        for said in _other_equilibria(solves.first(count), engine, begin)
+        for ladder in ladders
+        if ladder.engine != begin
+        for said in _other_equilibria(solves.first(ladder.count), ladder.engine, begin)
     ]
     notes = [*notes, *fewer, *_said_of(solves.known, begin), *others, *left_out]
     notes.append("No engine offers single precision: all compute in double precision, where errors end at some 1e-16.")
@@ -140,10 +143,15 @@ def _measure(setup: Setup, request: Request) -> Findings:
     return Findings(measure_settings(settings, replace(request, seconds=left)), notes=notes)
 
 
-def _tolerances(setup: Setup) -> dict[float, bool]:
-    """From loose to tight, and whether it is the scene's own."""
-    own = setup.objective.tolerance
-    return {tolerance: tolerance == own for tolerance in sorted({*TOLERANCES, own}, reverse=True)}
+def _tolerances(setup: Setup) -> list[float]:
+    """The scene's own among them, from loose to tight."""
+    return sorted({*TOLERANCES, setup.objective.tolerance}, reverse=True)
+
+
+def _is_own(setup: Setup, chosen: str, engine: str, tolerance: float) -> bool:
+    """Whether the scene states exact kinematics with this engine, or is given it, and this tolerance."""
+    is_exact = setup.model.kinematics == "exact"
+    return is_exact and engine == chosen and tolerance == setup.objective.tolerance
 
 
 def _with_engine(setup: Setup, engine: str | None) -> Model:
@@ -163,7 +171,6 @@ def _exact(solves: _Solves, engine: str, tolerance: float, *, is_stated: bool) -
     setup = solves.setup
     model = replace(setup.model, kinematics="exact", engine=engine)
     states = {"kinematics": "exact", "engine": engine, "objective.tolerance": tolerance}
-    is_stated &= setup.model.kinematics == "exact"
     return solves.setting(_series(engine), _name(tolerance), model, tolerance, states=states, is_stated=is_stated)
 
 
@@ -196,40 +203,56 @@ def _suits_lanes(setup: Setup) -> bool:
     return all(choice.unknowns * choice.half_bandwidth**2 <= LANES_MOST for choice in choices)
 
 
-def _counts(setup: Setup, request: Request, chosen: str) -> tuple[dict[str, int], list[str]]:
-    """(how many candidates each engine has time for, what is said of engines that are left out)."""
-    counts, notes, tolerances = {}, [], _tolerances(setup)
+@dataclass(frozen=True)
+class _Ladder:
+    """What there is time for with one engine."""
+
+    engine: str
+    tolerances: Sequence[float]  #: from loose to tight
+    count: int  #: of the candidates
+
+
+def _ladders(setup: Setup, request: Request, chosen: str) -> tuple[list[_Ladder], list[str]]:
+    """(a ladder for each engine that there is time for, what is said of the others and of short ladders)."""
+    ladders, notes = [], []
     candidate = setup.encoding.decode(choose_point(setup).numbers)[None]
     for engine in ENGINES:
-        if not any(request.wants(_series(engine), _name(tolerance)) for tolerance in tolerances):
+        tolerances = [each for each in _tolerances(setup) if request.wants(_series(engine), _name(each))]
+        if not tolerances:
             continue
         if engine == "lanes" and not _suits_lanes(setup):
             notes.append("The engine lanes is left out: factors of this size take it minutes.")
             continue
         seconds = _seconds(setup, engine, candidate)
-        if engine != chosen and seconds * LEAST_CALLS * len(tolerances) > request.seconds / len(ENGINES):
-            notes.append(
-                f"The engine {engine} is left out: {seconds:.2g} s for one candidate under all load cases are too long "
-                f"to be measured at {len(tolerances)} tolerances within a third of {request.seconds:.3g} s."
-            )
-            continue
-        counts[engine] = _affordable(setup, request, engine, seconds)
-    return counts, notes
+        there_is = request.seconds / len(ENGINES) / (LEAST_CALLS * seconds)
+        is_slow = f"{seconds:.2g} s for one candidate under all load cases are too long"
+        # Settings that are asked for by name are measured, whatever that takes.
+        if engine != chosen and len(tolerances) > there_is and not request.only:
+            tolerances = [each for each in FEW_TOLERANCES if each in tolerances]
+            if len(tolerances) > there_is:
+                notes.append(f"The engine {engine} is left out: {is_slow} for a third of {request.seconds:.3g} s.")
+                continue
+            notes.append(f"The engine {engine} is measured at few tolerances: {is_slow} for more of them.")
+        count = _affordable(setup, request, _Ladder(engine, tolerances, MOST_CANDIDATES), seconds)
+        ladders.append(_Ladder(engine, tolerances, count))
+    return ladders, notes
 
 
-def _affordable(setup: Setup, request: Request, engine: str, seconds: float) -> int:
-    """How many candidates an engine has time for, that take it so many seconds each."""
-    least, calls = 1, CALLS * len(_tolerances(setup))
-    if engine == "lanes":  # they hold load cases with the same supports, and are to be full as in a population
-        groups = _with_engine(setup, engine).groups(setup.cases)
+def _affordable(setup: Setup, request: Request, ladder: _Ladder, seconds: float) -> int:
+    """How many candidates, up to those of the ladder, an engine has time for that takes so many seconds for each."""
+    least = 1
+    if ladder.engine == "lanes":  # they hold load cases with the same supports, and are to be full as in a population
+        groups = _with_engine(setup, ladder.engine).groups(setup.cases)
         least = -(-LANE_COUNT * len(groups) // len(setup.cases))
-    return max(least, int(min(request.seconds / len(ENGINES) / max(seconds * calls, 1e-9), MOST_CANDIDATES)))
+    there_are = request.seconds / len(ENGINES) / (CALLS * len(ladder.tolerances) * max(seconds, 1e-9))
+    return min(max(least, int(min(there_are, MOST_CANDIDATES))), ladder.count)
 
 
-def _cut(setup: Setup, request: Request, engine: str, candidates: Floats) -> int:
-    """The same for candidates that were drawn: they may be harder than the point is."""
-    seconds = _seconds(setup, engine, candidates) / len(candidates)
-    return min(_affordable(setup, request, engine, seconds), len(candidates))
+def _cut(setup: Setup, request: Request, ladder: _Ladder, candidates: Floats) -> _Ladder:
+    """The ladder for candidates that were drawn: they may be harder than the point is."""
+    own = candidates[: ladder.count]
+    seconds = _seconds(setup, ladder.engine, own) / len(own)
+    return replace(ladder, count=_affordable(setup, request, replace(ladder, count=len(own)), seconds))
 
 
 def _seconds(setup: Setup, engine: str, candidates: Floats) -> float:
