@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -30,13 +30,14 @@ from springopt.tradeoff.independent.system import System
 from springopt.tradeoff.point import Axis, Findings, Request, Setting, measure_settings
 
 TOLERANCES = tuple(float(f"1e-{digits}") for digits in range(2, 13))
+FEW_TOLERANCES = 1e-4, 1e-8, 1e-12  # where an engine has no time for all
 #: The point and candidates beside it; fewer where time is short.
 MOST_CANDIDATES = 16
 #: How often candidates are drawn for those without an equilibrium, and the share of bits that are flipped to draw one.
 DRAWS = 4
 FLIPPED = 0.02
-#: Calls of a setting that there should be time for, and those that are made whatever the time.
-CALLS, LEAST_CALLS = 12, 4
+#: Calls of a setting that there should be time for: of several candidates, and of one at least.
+CALLS, LEAST_CALLS = 12, 6
 LEAST_SHARE = 0.5  # of the seconds, that are left to the clock whatever was spent before
 ELSEWHERE = 1e-3  # further from a known equilibrium than any tight solve should be
 LARGEST = 30_000  # degrees of freedom: SciPy's factors of larger ones take minutes
@@ -66,6 +67,12 @@ class _Solves:
     def count(self) -> int:
         return len(self.candidates) * len(self.setup.cases)
 
+    def first(self, count: int) -> _Solves:
+        """Those of the first candidates alone."""
+        known = self.known
+        few = {name: getattr(known, name)[:count] for name in ("displacements", "is_known", "has_none", "why")}
+        return replace(self, candidates=self.candidates[:count], known=replace(known, **few))
+
     def setting(self, series: str, name: str, model: Model, tolerance: float, **said: Any) -> Setting:
         return Setting(
             series=series,
@@ -73,6 +80,7 @@ class _Solves:
             run=partial(model.find, model.groups(self.setup.cases), self.candidates, tolerance),
             judge=self.judge,
             solves=self.count,
+            numbers={"candidates": len(self.candidates)},
             count=lambda answer: {"iterations": float(np.median(answer.iterations))},
             why=self.why,
             **said,
@@ -100,28 +108,50 @@ class _Solves:
 def _measure(setup: Setup, request: Request) -> Findings:
     end = time.perf_counter() + request.seconds
     chosen = _chosen(setup)
-    engines, left_out = _engines(setup, request, chosen)
-    candidates, drawn = _draw(setup, request, engines, chosen)
+    ladders, left_out = _ladders(setup, request, chosen)
+    most = max((ladder.count for ladder in ladders), default=MOST_CANDIDATES)
+    candidates, notes = _draw(setup, most, request.seed, chosen)
+    ladders = [_cut(setup, request, ladder, candidates) for ladder in ladders]
+    candidates = candidates[: max((ladder.count for ladder in ladders), default=len(candidates))]
     begin = "sparse" if chosen == "lanes" else "lanes" if _suits_lanes(setup) else "iterative"
     solves = _Solves(setup, candidates, known_equilibria(setup.model, begin, candidates, setup.cases))
+    is_own = partial(_is_own, setup, chosen)
     settings = [
-        _exact(solves, engine, tolerance, is_stated=engine == chosen and tolerance == setup.objective.tolerance)
-        for engine in engines
-        for tolerance in _tolerances(setup)
+        _exact(solves.first(ladder.count), ladder.engine, tolerance, is_stated=is_own(ladder.engine, tolerance))
+        for ladder in ladders
+        for tolerance in ladder.tolerances
     ]
     try:
         settings.append(_small(solves))
     except UserError as error:  # an effect has no expansion at rest
         left_out.append(f"There is no setting of linear kinematics: {error}")
-    others = [said for engine in engines if engine != begin for said in _other_equilibria(solves, engine, begin)]
-    notes = [*drawn, *_said_of(solves.known, begin), *others, *left_out]
+    fewer = [
+        f"The engine {ladder.engine} is slower: it solves the first {ladder.count} of these {len(candidates)} "
+        "candidates alone."
+        for ladder in ladders
+        if ladder.count < len(candidates)
+    ]
+    others = [
+        said
+        for ladder in ladders
+        if ladder.engine != begin
+        for said in _other_equilibria(solves.first(ladder.count), ladder.engine, begin)
+    ]
+    notes = [*notes, *fewer, *_said_of(solves.known, begin), *others, *left_out]
     notes.append("No engine offers single precision: all compute in double precision, where errors end at some 1e-16.")
     left = max(end - time.perf_counter(), LEAST_SHARE * request.seconds)
     return Findings(measure_settings(settings, replace(request, seconds=left)), notes=notes)
 
 
 def _tolerances(setup: Setup) -> list[float]:
+    """The scene's own among them, from loose to tight."""
     return sorted({*TOLERANCES, setup.objective.tolerance}, reverse=True)
+
+
+def _is_own(setup: Setup, chosen: str, engine: str, tolerance: float) -> bool:
+    """Whether the scene states exact kinematics with this engine, or is given it, and this tolerance."""
+    is_exact = setup.model.kinematics == "exact"
+    return is_exact and engine == chosen and tolerance == setup.objective.tolerance
 
 
 def _with_engine(setup: Setup, engine: str | None) -> Model:
@@ -141,7 +171,6 @@ def _exact(solves: _Solves, engine: str, tolerance: float, *, is_stated: bool) -
     setup = solves.setup
     model = replace(setup.model, kinematics="exact", engine=engine)
     states = {"kinematics": "exact", "engine": engine, "objective.tolerance": tolerance}
-    is_stated &= setup.model.kinematics == "exact"
     return solves.setting(_series(engine), _name(tolerance), model, tolerance, states=states, is_stated=is_stated)
 
 
@@ -174,25 +203,56 @@ def _suits_lanes(setup: Setup) -> bool:
     return all(choice.unknowns * choice.half_bandwidth**2 <= LANES_MOST for choice in choices)
 
 
-def _engines(setup: Setup, request: Request, chosen: str) -> tuple[dict[str, float], list[str]]:
-    """(seconds of one candidate under all load cases for each engine that is measured, what is said of the others)."""
-    found, notes, tolerances = {}, [], _tolerances(setup)
+@dataclass(frozen=True)
+class _Ladder:
+    """What there is time for with one engine."""
+
+    engine: str
+    tolerances: Sequence[float]  #: from loose to tight
+    count: int  #: of the candidates
+
+
+def _ladders(setup: Setup, request: Request, chosen: str) -> tuple[list[_Ladder], list[str]]:
+    """(a ladder for each engine that there is time for, what is said of the others and of short ladders)."""
+    ladders, notes = [], []
     candidate = setup.encoding.decode(choose_point(setup).numbers)[None]
     for engine in ENGINES:
-        if not any(request.wants(_series(engine), _name(tolerance)) for tolerance in tolerances):
+        tolerances = [each for each in _tolerances(setup) if request.wants(_series(engine), _name(each))]
+        if not tolerances:
             continue
         if engine == "lanes" and not _suits_lanes(setup):
             notes.append("The engine lanes is left out: factors of this size take it minutes.")
             continue
         seconds = _seconds(setup, engine, candidate)
-        if engine != chosen and seconds * LEAST_CALLS * len(tolerances) > request.seconds:
-            notes.append(
-                f"The engine {engine} is left out: {seconds:.2g} s for one candidate under all load cases are too long "
-                f"to be measured at {len(tolerances)} tolerances within {request.seconds:g} s."
-            )
-            continue
-        found[engine] = seconds
-    return found, notes
+        there_is = request.seconds / len(ENGINES) / (LEAST_CALLS * seconds)
+        is_slow = f"{seconds:.2g} s for one candidate under all load cases are too long"
+        # Settings that are asked for by name are measured, whatever that takes.
+        if engine != chosen and len(tolerances) > there_is and not request.only:
+            tolerances = [each for each in FEW_TOLERANCES if each in tolerances]
+            if len(tolerances) > there_is:
+                notes.append(f"The engine {engine} is left out: {is_slow} for a third of {request.seconds:.3g} s.")
+                continue
+            notes.append(f"The engine {engine} is measured at few tolerances: {is_slow} for more of them.")
+        count = _affordable(setup, request, _Ladder(engine, tolerances, MOST_CANDIDATES), seconds)
+        ladders.append(_Ladder(engine, tolerances, count))
+    return ladders, notes
+
+
+def _affordable(setup: Setup, request: Request, ladder: _Ladder, seconds: float) -> int:
+    """How many candidates, up to those of the ladder, an engine has time for that takes so many seconds for each."""
+    least = 1
+    if ladder.engine == "lanes":  # they hold load cases with the same supports, and are to be full as in a population
+        groups = _with_engine(setup, ladder.engine).groups(setup.cases)
+        least = -(-LANE_COUNT * len(groups) // len(setup.cases))
+    there_are = request.seconds / len(ENGINES) / (CALLS * len(ladder.tolerances) * max(seconds, 1e-9))
+    return min(max(least, int(min(there_are, MOST_CANDIDATES))), ladder.count)
+
+
+def _cut(setup: Setup, request: Request, ladder: _Ladder, candidates: Floats) -> _Ladder:
+    """The ladder for candidates that were drawn: they may be harder than the point is."""
+    own = candidates[: ladder.count]
+    seconds = _seconds(setup, ladder.engine, own) / len(own)
+    return replace(ladder, count=_affordable(setup, request, replace(ladder, count=len(own)), seconds))
 
 
 def _seconds(setup: Setup, engine: str, candidates: Floats) -> float:
@@ -205,38 +265,24 @@ def _seconds(setup: Setup, engine: str, candidates: Floats) -> float:
     return time.perf_counter() - begin
 
 
-def _draw(setup: Setup, request: Request, engines: Mapping[str, float], chosen: str) -> tuple[Floats, list[str]]:
+def _draw(setup: Setup, count: int, seed: int, chosen: str) -> tuple[Floats, list[str]]:
     """(candidates (m, s + f), what is said of them): the point, and others that have all equilibria."""
-    point, calls = choose_point(setup), CALLS * len(_tolerances(setup))
-    model = _with_engine(setup, chosen)
-    groups, rng = model.groups(setup.cases), np.random.default_rng(request.seed)
-    # Lanes hold load cases with the same supports, and are to be full as in a population.
-    least = -(-LANE_COUNT * len(groups) // len(setup.cases)) if "lanes" in engines else 1
-    wanted = _affordable(request, calls * sum(engines.values()), least)
-    rows, tried = [setup.encoding.decode(point.numbers)], 0
+    point, model, rng = choose_point(setup), _with_engine(setup, chosen), np.random.default_rng(seed)
+    groups, rows, tried = model.groups(setup.cases), [setup.encoding.decode(point.numbers)], 0
     for _ in range(DRAWS):
-        if len(rows) == wanted:
+        if len(rows) == count:
             break
-        drawn = _others(setup, point.numbers, rng, wanted - len(rows))
+        drawn = _others(setup, point.numbers, rng, count - len(rows))
         answers = model.find(groups, drawn, TOLERANCE)
         assert isinstance(answers, Equilibria)  # load cases with times have motions
         rows += list(drawn[has_equilibrium(answers.codes).all(axis=1)])
         tried += len(drawn)
-    lost = tried - (len(rows) - 1)
-    candidates = np.array(rows)
-    if len(rows) > 1:  # they may be harder than the point is
-        seconds = calls * sum(_seconds(setup, engine, candidates) for engine in engines) / len(rows)
-        candidates = candidates[: _affordable(request, seconds, least)]
-    kind = "flipping few of its bits" if setup.encoding.kind == "binary" else "chance from the box"
     said = f"Solved are all load cases ({len(setup.cases)}) of one candidate, {point.said}"
-    if len(candidates) > 1:
-        said += f", and of {len(candidates) - 1} others drawn by {kind} (seed {request.seed})"
-    return candidates, [f"{said}.", *([f"Of {tried} that were drawn {lost} had no equilibrium."] if lost else [])]
-
-
-def _affordable(request: Request, seconds: float, least: int) -> int:
-    """How many candidates there is time for, that take so many seconds each; at least so many."""
-    return max(least, int(min(request.seconds / max(seconds, 1e-9), MOST_CANDIDATES)))
+    if len(rows) > 1:
+        kind = "flipping few of its bits" if setup.encoding.kind == "binary" else "chance from the box"
+        said += f", and of others drawn by {kind} (seed {seed})"
+    lost = tried - (len(rows) - 1)
+    return np.array(rows), [f"{said}.", *([f"Of {tried} that were drawn {lost} had no equilibrium."] if lost else [])]
 
 
 def _others(setup: Setup, point: Floats, rng: np.random.Generator, count: int) -> Floats:

@@ -210,7 +210,7 @@ def _limit_marked(
         f"at the beginning of {case.name!r} has the angular frequency {limit.frequency:.3g} and the damping ratio "
         f"{limit.damping_ratio:.2g}"
     )
-    said += f" (without damping it would be {limit.undamped:.3g})." if limit.damping_ratio > DAMPED else "."
+    said += f" (without damping the limit would be {limit.undamped:.3g})." if limit.damping_ratio > DAMPED else "."
     cases = setup.cases
     longest = {point: _longest(point, cases) for point in points if point.series == ENERGY_MOMENTUM}
     beyond = [f"{step:.3g}" for step in longest.values() if step > limit.step]

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import springopt as so
-from springopt.scene import load_scene
 from springopt.tradeoff.independent.equilibrium import known_equilibria, polish
 from springopt.tradeoff.independent.system import System
 
@@ -96,7 +95,12 @@ def test_a_part_that_swings_freely_is_not_known_and_a_mechanism_has_none():
 
 
 def test_a_column_that_buckles_is_known_on_the_branch_that_it_follows():
-    setup = load_scene("paper-stiffness-2d").build()
-    stiffness = np.full((1, setup.lattice.spring_count), 3.0)
-    known = known_equilibria(setup.model, "sparse", stiffness, setup.cases)
-    assert known.is_known.all()
+    column = so.SpringLattice.grid((2, 9))
+    forces = np.zeros(column.nodes.shape)
+    forces[so.side(column, "top"), 1] = -0.05
+    case = so.LoadCase("press", so.side(column, "bottom"), forces)
+    model, stiffness = so.Model(column, branch="followed"), np.full((1, column.spring_count), 2.0)
+    known = known_equilibria(model, "sparse", stiffness, [case])
+    found = model.solve_many(stiffness, [case], 1e-13)
+    assert np.abs(found.displacements[..., 0]).max() > 1.0
+    np.testing.assert_allclose(found.displacements, known.displacements.astype(float), atol=1e-12, rtol=0.0)
