@@ -27,6 +27,7 @@ class Setting:
     is_stated: bool = False  #: whether the scene states it
     is_apart: bool = False  #: whether another truth judges it than most: it compares with its own series alone
     numbers: Mapping[str, float] = field(default_factory=dict)  #: what else is known of it, as its springs
+    second_time: Interval | None = None  #: seconds of what `Axis.second_time` says, where that is known
     #: What else is read off what `run` returns, as its iterations, beside the numbers; and why some are no answers.
     count: Callable[[Any], Mapping[str, float]] = lambda answer: {}
     why: Callable[[Any], str] = lambda answer: ""
@@ -46,6 +47,7 @@ class Point:
     is_stated: bool = False
     is_apart: bool = False  #: see `Setting`
     numbers: Mapping[str, Any] = field(default_factory=dict)
+    second_time: Interval | None = None  #: see `Setting`
     why: str = ""  #: it failed, where it did
 
     @property
@@ -107,6 +109,7 @@ class Axis:
     time: str  #: what takes the time, for a label: "one forward solve"
     missing: Callable[[Scene], str | None]  #: why a scene does not have it, in words that follow "because"; None if so
     measure: Callable[[Setup, Request], Findings]
+    second_time: str = ""  #: what else takes time with these settings, for a diagram of its own, that has the marks
     shown: Sequence[str] = ()  #: which of the points' numbers the table shows
     is_graded: bool = True  #: whether its settings are more and more accurate, so that a digit has a price
     #: Whether its error, a share of the displacements as in `errors`, is a part of the whole that no other axis has.
@@ -133,6 +136,7 @@ def _point(setting: Setting, timing: Timing, answer: Any) -> Point:
         states=setting.states,
         is_stated=setting.is_stated,
         is_apart=setting.is_apart,
+        second_time=setting.second_time,
         numbers={**setting.numbers, **setting.count(answer)},
         why="" if np.isfinite(errors).all() else setting.why(answer),
     )

@@ -12,6 +12,7 @@ AXIS = Axis(
     title="The model: encodings, neighbourhoods, fewer springs, resolution",
     error="error in the test load cases, over the displacement",
     time="one forward solve of the identified model",
+    second_time="one step in real time",
     missing=why_missing,
     measure=measure,
     shown=("springs", "training_error", "steps_per_second"),

@@ -134,9 +134,7 @@ def _setting(one: Identified, body: Running, answers: Equilibria | Motions, step
     if tests.any():
         numbers |= {"test_misfit": float(misfits[tests].mean())}
     if step is not None:
-        seconds = step.seconds
-        numbers |= {"step_seconds": seconds.value, "steps_per_second": 1 / seconds.value}
-        numbers |= {"step_seconds_low": seconds.low, "step_seconds_high": seconds.high}
+        numbers |= {"step_seconds": step.seconds.value, "steps_per_second": 1 / step.seconds.value}
         numbers |= {"step_wall_seconds": step.wall.value}
     return Setting(
         series=one.variation.series,
@@ -148,6 +146,7 @@ def _setting(one: Identified, body: Running, answers: Equilibria | Motions, step
         is_stated=one.variation.is_stated,
         is_apart=one.variation.is_apart,
         numbers=numbers,
+        second_time=None if step is None else step.seconds,
     )
 
 
@@ -216,7 +215,6 @@ def _this_one(points: Sequence[Point], why: str) -> list[str]:
 
 
 def _marks(points: Sequence[Point]) -> dict[str, float]:
-    """The rates that are near enough to what was found to be seen beside it."""
-    slowest = max(float(np.median(point.wall)) for point in points)
-    fastest = min(float(np.median(point.wall)) for point in points)
-    return {rate: limit for rate, limit in RATES.items() if fastest / NEAR <= limit <= NEAR * slowest}
+    """The rates that are near enough to the steps that were found to be seen beside them."""
+    steps = [point.second_time.value for point in points if point.second_time is not None]
+    return {rate: limit for rate, limit in RATES.items() if steps and min(steps) / NEAR <= limit <= NEAR * max(steps)}
