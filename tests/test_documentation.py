@@ -46,3 +46,11 @@ def test_every_page_that_is_linked_exists() -> None:
     for page in pages:
         for link in re.findall(r"\]\(([^)#:]+)\)", page.read_text(encoding="utf-8")):
             assert (page.parent / link).exists(), f"{page.name} links {link}"
+
+
+def test_the_tradeoff_s_python_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    (example,) = python_blocks("docs/tradeoff.md")
+    exec(compile(example, "docs/tradeoff.md", "exec"), {})
+    *front, said = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in front] == ["as"]
+    assert said.startswith("effects: the cheapest setting that keeps an error of 1e-06 is as stated, everything")

@@ -40,6 +40,7 @@ LIBRARIES = {
         "problem",
         "reference",
         "testing",
+        "tradeoff.independent",
     ],
     "skfem": ["reference.discretization"],
     "threadpoolctl": ["analysis", "benchmark", "execution", "testing"],

@@ -11,6 +11,8 @@ if TYPE_CHECKING:
 
     from springopt.run import Run
 
+USUAL, WIDEST = 160, 240  # characters of a line
+
 
 def print_run(run: Run, floor: str | None = None) -> None:
     """What came of it: its place above the floor, cost, errors, stiffness, parameters, front and run file."""
@@ -39,9 +41,11 @@ def print_run(run: Run, floor: str | None = None) -> None:
 def print_table(table: Table) -> None:
     """A table on standard output, never cut to a terminal's width where there is none."""
     from rich.console import Console
+    from rich.measure import Measurement
 
     console = Console()
     if not console.is_terminal:
-        console.width = 160
+        console.width = WIDEST
+        console.width = max(USUAL, Measurement.get(console, console.options, table).maximum)
     console.print()
     console.print(table)

@@ -1,8 +1,8 @@
 """A body and the potentials that act on it from outside, such as contact."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol, Self
+from typing import NamedTuple, Protocol, Self
 
 import numpy as np
 from scipy.sparse import coo_matrix, csc_matrix
@@ -43,25 +43,28 @@ class LinearBody:
         return self.stiffness
 
 
+class Potential(NamedTuple):
+    """What an effect brings, and how much of it is there."""
+
+    kernel: Kernel
+    values: Floats  #: of its parameters, shape (k,)
+    shares: Floats | None = None  #: of each node, for a potential of single nodes, shape (n,); the whole where None
+
+
 @dataclass(frozen=True, eq=False)
 class BodyAmongEffects:
     """A body with the potentials of effects, which grow with the load: `share` of them is there."""
 
     body: Body
     lattice: SpringLattice  #: the nodes and cells of the body
-    potentials: Sequence[tuple[Kernel, Floats]]  #: kernels, and the parameters of each, shape (k,)
+    potentials: Sequence[Potential]
     share: float = 1.0
 
     @classmethod
     def of(cls, body: Body, lattice: SpringLattice, effects: Sequence[Effect]) -> Self:
         """Laws of springs are left out; refuses other potentials that do not act from outside."""
-        potentials = []
-        for effect in effects:
-            kernel = None if effect.scales_with_stiffness else effect.potential(lattice)
-            if kernel is not None:
-                _require_outside(effect)
-                potentials.append((kernel, np.concatenate([np.zeros(0), *effect.parameters(lattice).values()])))
-        return cls(body, lattice, potentials)
+        found = outside_potentials(lattice, effects)
+        return cls(body, lattice, [Potential(kernel, values) for _, kernel, values in found])
 
     def under(self, share: float) -> Self:
         """With another share of the effects."""
@@ -72,20 +75,32 @@ class BodyAmongEffects:
 
     def internal_forces(self, displacements: Floats) -> Floats:
         forces = self.body.internal_forces(displacements)
-        for kernel, values in self.potentials:
-            forces = forces + self.share * self._probe(kernel, values, displacements).forces.reshape(forces.shape)
+        for potential in self.potentials:
+            own = self._probe(potential, displacements).forces.reshape(forces.shape)
+            forces = forces + self.share * (own if potential.shares is None else potential.shares[:, None] * own)
         return forces
 
     def tangent(self, displacements: Floats) -> csc_matrix:
         tangent = self.body.tangent(displacements)
-        for kernel, values in self.potentials:
-            blocks = self._probe(kernel, values, displacements).blocks[0]
+        for potential in self.potentials:
+            blocks, kernel = self._probe(potential, displacements).blocks[0], potential.kernel
+            if potential.shares is not None:
+                blocks = potential.shares[kernel.pairs[:, 0], None, None] * blocks
             tangent = tangent + self.share * _matrix(kernel, blocks, displacements.size)
         return csc_matrix(tangent)
 
-    def _probe(self, kernel: Kernel, values: Floats, displacements: Floats) -> Probe:
-        nothing = np.zeros(self.lattice.spring_count)
-        return probe(kernel, self.lattice, displacements.reshape(1, -1), stiffness=nothing, values=values)
+    def _probe(self, potential: Potential, displacements: Floats) -> Probe:
+        nothing, row = np.zeros(self.lattice.spring_count), displacements.reshape(1, -1)
+        return probe(potential.kernel, self.lattice, row, stiffness=nothing, values=potential.values)
+
+
+def outside_potentials(lattice: SpringLattice, effects: Sequence[Effect]) -> Iterator[tuple[Effect, Kernel, Floats]]:
+    """Effects with a potential, its kernel and the values of its parameters; without laws of springs."""
+    for effect in effects:
+        kernel = None if effect.scales_with_stiffness else effect.potential(lattice)
+        if kernel is not None:
+            _require_outside(effect)
+            yield effect, kernel, np.concatenate([np.zeros(0), *effect.parameters(lattice).values()])
 
 
 def _require_outside(effect: Effect) -> None:

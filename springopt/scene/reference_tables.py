@@ -44,6 +44,8 @@ class FemTable(_ReferenceTable):
     thickness: Positive = 1.0
     law: Literal["linear", "saint-venant-kirchhoff", "neo-hookean"] = "linear"
     formulation: Literal["standard", "b-bar"] = "standard"
+    order: Literal[1, 2] = 1
+    refinements: Annotated[int, Field(ge=0)] = 0
     density: Positive | None = None
     mass_damping: NotNegative = 0.0
     stiffness_damping: NotNegative = 0.0

@@ -13,7 +13,7 @@ WORTH = 0.1
 
 def advise(tradeoff: Tradeoff) -> list[str]:
     """Sentences, the most important first; none where the scene's own settings have no errors on one scale."""
-    found = [(each, each.stated) for each in tradeoff.measured if each.axis.is_of_positions]
+    found = [(each, each.stated) for each in tradeoff.measured if each.axis.is_part]
     stated = sorted(
         ((each, point.error.value, point) for each, point in found if point is not None and point.error is not None),
         key=lambda entry: -entry[1],
@@ -23,15 +23,19 @@ def advise(tradeoff: Tradeoff) -> list[str]:
     errors = ", ".join(f"{error:.2g} ({each.axis.name})" for each, error, _ in stated)
     largest, most, _ = stated[0]
     said = [f"As the scene states it, positions are off by {errors} of the displacements."]
-    price = f": {largest.price.said}" if largest.price else ""
-    said.append(f"The {largest.axis.name} is the largest part, so spend there{price}.")
+    price = f", {largest.price.said}" if largest.price else ""
+    said.append(f"The largest part is that of the {largest.axis.name}: spend there{price}.")
     said += [sentence for each, _, point in stated[1:] if (sentence := _saving(each, point, most))]
     return said
 
 
 def _saving(measured: Measured, stated: Point, most: float) -> str | None:
     """A cheaper setting of an axis whose error would still not be seen beside the largest."""
-    wanted = [p for p in measured.points if p.is_good and p.error is not None and p.error.high <= UNSEEN * most]
+    wanted = [
+        p
+        for p in measured.points
+        if not p.is_apart and p.is_good and p.error is not None and p.error.high <= UNSEEN * most
+    ]
     cheapest = min(wanted, key=lambda point: point.processor_seconds.value, default=None)
     if cheapest is None or cheapest is stated:
         return None

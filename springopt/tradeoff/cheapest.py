@@ -63,7 +63,7 @@ def find_cheapest(
     else:
         assert time is not None
         limit, meets, cost = time, _upper_time, _middle_error
-    good = [point for point in measured.points if point.is_good and point.error is not None]
+    good = [point for point in measured.points if not point.is_apart and point.is_good and point.error is not None]
     proposed = sorted((point for point in good if meets(point) <= limit), key=cost)[:MOST_TRIED]
     refuted: list[Point] = []
     for point in proposed:

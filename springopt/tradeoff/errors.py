@@ -2,26 +2,32 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from springopt.checks import Floats
 
+Reals = NDArray[np.floating[Any]]
 
-def relative_errors(positions: Floats, known: Floats, nodes: Floats) -> Floats:
+
+def relative_errors(positions: Reals, known: Reals, nodes: Floats) -> Floats:
     """Mean distance from the known positions over the mean displacement, shape (...,).
 
     Args:
         positions, known: [length], shape (..., n, d); the axes before the nodes are load cases, and perhaps candidates.
+            In long double precision where displacements are small beside positions, which would round them.
             Of motions (..., t, n, d) give (..., t n, d), and nodes repeated as often.
         nodes: at rest [length], shape (n, d).
     """
     distances = np.linalg.norm(positions - known, axis=-1).mean(axis=-1)
     moved = np.linalg.norm(known - nodes, axis=-1).mean(axis=-1)
     # What does not move is measured by the size of the body.
-    return distances / np.where(moved > 0.0, moved, np.ptp(nodes, axis=0).max())
+    return np.asarray(distances / np.where(moved > 0.0, moved, np.ptp(nodes, axis=0).max()), dtype=float)
 
 
-def errors_of_cases(positions: Floats, known: Floats, nodes: Floats) -> Floats:
+def errors_of_cases(positions: Reals, known: Reals, nodes: Floats) -> Floats:
     """The same of load cases, shape (c,): static ones (c, n, d), or motions (c, t, n, d), each over all its times."""
     cases, dimension = len(known), nodes.shape[1]
     times = known[0].size // nodes.size if cases else 1

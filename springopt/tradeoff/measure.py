@@ -27,12 +27,12 @@ class Measured:
 
     @property
     def front(self) -> list[Point]:
-        return pareto_front(self.points)
+        return pareto_front(self._together)
 
     @property
     def price(self) -> Price | None:
         """Of a digit along the front."""
-        return price_of_a_digit(self.points) if self.axis.is_graded else None
+        return price_of_a_digit(self._together) if self.axis.is_graded else None
 
     @property
     def prices(self) -> dict[str, Price]:
@@ -44,7 +44,12 @@ class Measured:
     @property
     def stated(self) -> Point | None:
         """What the scene states, where it has an error."""
-        return next((point for point in self.points if point.is_stated and point.error is not None), None)
+        return next((point for point in self._together if point.is_stated and point.error is not None), None)
+
+    @property
+    def _together(self) -> list[Point]:
+        """Those that one truth judges."""
+        return [point for point in self.points if not point.is_apart]
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,8 +25,12 @@ class Setting:
     solves: int = 1  #: that a call makes: times are of one of them
     states: Mapping[str, Any] = field(default_factory=dict)  #: how a scene states it, as {"objective.tolerance": 1e-4}
     is_stated: bool = False  #: whether the scene states it
+    is_apart: bool = False  #: whether another truth judges it than most: it compares with its own series alone
     numbers: Mapping[str, float] = field(default_factory=dict)  #: what else is known of it, as its springs
-    explain: Callable[[Any], str] = lambda answer: ""  #: why some of what `run` returns are no answers
+    second_time: Interval | None = None  #: seconds of what `Axis.second_time` says, where that is known
+    #: What else is read off what `run` returns, as its iterations, beside the numbers; and why some are no answers.
+    count: Callable[[Any], Mapping[str, float]] = lambda answer: {}
+    why: Callable[[Any], str] = lambda answer: ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +45,9 @@ class Point:
     warm_up: float = 0.0  #: seconds on the wall
     states: Mapping[str, Any] = field(default_factory=dict)
     is_stated: bool = False
+    is_apart: bool = False  #: see `Setting`
     numbers: Mapping[str, Any] = field(default_factory=dict)
+    second_time: Interval | None = None  #: see `Setting`
     why: str = ""  #: it failed, where it did
 
     @property
@@ -103,9 +109,11 @@ class Axis:
     time: str  #: what takes the time, for a label: "one forward solve"
     missing: Callable[[Scene], str | None]  #: why a scene does not have it, in words that follow "because"; None if so
     measure: Callable[[Setup, Request], Findings]
+    second_time: str = ""  #: what else takes time with these settings, for a diagram of its own, that has the marks
     shown: Sequence[str] = ()  #: which of the points' numbers the table shows
     is_graded: bool = True  #: whether its settings are more and more accurate, so that a digit has a price
-    is_of_positions: bool = True  #: whether the error is a share of the displacements, as in `errors.relative_errors`
+    #: Whether its error, a share of the displacements as in `errors`, is a part of the whole that no other axis has.
+    is_part: bool = True
 
 
 def measure_settings(settings: Sequence[Setting], request: Request) -> list[Point]:
@@ -127,6 +135,8 @@ def _point(setting: Setting, timing: Timing, answer: Any) -> Point:
         warm_up=timing.warm_up,
         states=setting.states,
         is_stated=setting.is_stated,
-        numbers=setting.numbers,
-        why="" if np.isfinite(errors).all() else setting.explain(answer),
+        is_apart=setting.is_apart,
+        second_time=setting.second_time,
+        numbers={**setting.numbers, **setting.count(answer)},
+        why="" if np.isfinite(errors).all() else setting.why(answer),
     )

@@ -24,6 +24,7 @@ def point(series, setting, error, seconds, **options):
         "setting": setting,
         "states": {},
         "is_stated": False,
+        "is_apart": False,
         "error": None if error is None else interval(error),
         "answers": 4,
         "failures": 4 if error is None else 0,
@@ -31,6 +32,7 @@ def point(series, setting, error, seconds, **options):
         "processor_seconds": interval(seconds),
         "wall_seconds": interval(seconds),
         "warm_up_seconds": 0.2,
+        "second_seconds": None,
         "repeats": 9,
         "numbers": {"springs": 72},
         "on_front": False,
@@ -50,6 +52,7 @@ AXIS = {
     "title": "Solver",
     "error": "error of positions | over the displacements",
     "time": "one forward solve",
+    "second_time": "",
     "shown": ["springs"],
     "is_graded": True,
     "points": POINTS,
@@ -86,7 +89,21 @@ def test_the_diagram_is_log_log_with_every_setting_front_mark_and_failure():
     assert high > 3e-2  # the one that failed took the longest, and is seen
     (cross,) = axes.collections[-1].get_offsets()
     assert cross[0] == 3e-2
-    assert axes.get_title(loc="right") == PRICE["said"]
+    assert PRICE["said"] in drawn
+
+
+def test_a_second_time_has_a_diagram_of_its_own_with_the_marks():
+    first, *others = POINTS
+    timed = [first | {"second_seconds": interval(5e-3)}, *others]
+    both = AXIS | {"points": timed, "second_time": "one step in real time"}
+    left, right = draw_tradeoff(both).axes
+    assert right.get_xlabel() == "processor time of one step in real time [s]"
+    assert [container[0].get_xdata()[0] for container in right.containers] == [5e-3]
+    marks = {"explicit limit: step 0.31"}
+    assert marks <= {text.get_text() for text in right.texts}
+    assert not marks & {text.get_text() for text in left.texts}
+    assert "one step in real time" in heads(both)
+    assert [row[7] for row in rows(both)] == ["5 ms (4.5 to 5.5)", "-", "-", "-", "-"]
 
 
 def test_settings_that_are_choices_are_not_joined():

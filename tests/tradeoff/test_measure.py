@@ -61,13 +61,13 @@ def spending():
 def test_the_largest_error_is_where_to_spend_and_what_is_unseen_beside_it_may_be_cheaper():
     said = advise(spending())
     assert said[0] == "As the scene states it, positions are off by 0.1 (model), 1e-09 (solver) of the displacements."
-    assert said[1].startswith("The model is the largest part, so spend there: one digit more costs 10 times")
+    assert said[1].startswith("The largest part is that of the model: spend there, one digit more costs 10 times")
     assert said[2] == "solver: s, loose would do (its error is below 1% of that) and takes 0.33 of the time."
 
 
 def test_one_axis_alone_says_nothing_of_the_others():
     stated = axis_of([point("stated", 0.1, 1.0, is_stated=True)])[0]
-    gap = axis_of([point("stated", 0.1, 1.0, is_stated=True)], name="gap", is_of_positions=False)[0]
+    gap = axis_of([point("stated", 0.1, 1.0, is_stated=True)], name="gap", is_part=False)[0]
     assert advise(found_of(stated, gap)) == []
 
 

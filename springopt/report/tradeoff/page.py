@@ -14,7 +14,8 @@ READING = (
     "Every point is a setting: its error over the processor time that it takes, the median of repeats with the "
     "interval that holds the median with 95 % (of fewer than six repeats their range). Down is more accurate, left is "
     "faster; the grey steps are the Pareto front, a ring is what the scene states, hollow points have answers in some "
-    "cases only, and crosses at the upper edge have none. Warm-up is the first call, on the wall; times are without it."
+    "cases only, and crosses at the upper edge have none. A dotted series is judged by another truth than the rest. "
+    "Warm-up is the first call, on the wall; times are without it."
 )
 
 

@@ -14,7 +14,8 @@ TEXTS = 1  # at the end may wrap
 def heads(axis: Mapping[str, Any]) -> tuple[str, ...]:
     """The columns: series, setting, error, times, what the axis shows beside them, and words."""
     numbers = (name.replace("_", " ") for name in axis["shown"])
-    return ("series", "setting", "error", "processor time", "wall time", "warm-up", "repeats", *numbers, "")
+    second = (axis["second_time"],) if axis["second_time"] else ()
+    return ("series", "setting", "error", "processor time", "wall time", "warm-up", "repeats", *second, *numbers, "")
 
 
 def rows(axis: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
@@ -28,6 +29,7 @@ def rows(axis: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
             say_seconds(point["wall_seconds"]["value"]),
             say_seconds(point["warm_up_seconds"]),
             str(point["repeats"]),
+            *((say_time(point["second_seconds"]) if point["second_seconds"] else "-",) if axis["second_time"] else ()),
             *(say_number(point["numbers"].get(name)) for name in axis["shown"]),
             say_point(point),
         )

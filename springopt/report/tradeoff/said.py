@@ -42,6 +42,8 @@ def say_point(point: Mapping[str, Any]) -> str:
         said.append(
             f"{point['failures']} of {point['answers']} failed" + (f" ({point['why']})" if point["why"] else "")
         )
+    if point["is_apart"]:
+        said.append("judged apart")
     return ", ".join(said)
 
 

@@ -58,14 +58,14 @@ def _setting(setup: Setup, variant: Variant, known: Floats) -> Setting:
     def judge(answers: Equilibria | Motions) -> Floats:
         return _errors(model, answers, known)
 
-    def explain(answers: Equilibria | Motions) -> str:
+    def why(answers: Equilibria | Motions) -> str:
         return ", ".join(
             f"{setup.cases[number].name}: {STATUSES[answers.codes[0, number]]}" for number in _lost(answers)
         )
 
     is_whole = variant.name == EVERYTHING
     series, name = ("as stated", variant.name) if is_whole else ("without", variant.name)
-    return Setting(series, name, run, judge, solves=copies * len(setup.cases), is_stated=is_whole, explain=explain)
+    return Setting(series, name, run, judge, solves=copies * len(setup.cases), is_stated=is_whole, why=why)
 
 
 def _lost(answers: Equilibria | Motions) -> list[int]:

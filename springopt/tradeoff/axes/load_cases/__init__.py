@@ -14,5 +14,6 @@ AXIS = Axis(
     time="one identification",
     missing=why_missing,
     measure=measure,
+    is_part=False,  # it is the model's, by another way
     shown=("unidentified", "solves", "objective_per_case"),
 )

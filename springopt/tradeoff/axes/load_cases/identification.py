@@ -151,11 +151,11 @@ def _identify(chosen: CaseSet, method: Method, limit: float, seed: int) -> Ident
     if run.why_stopped == "interrupted":
         raise KeyboardInterrupt
     is_cut = run.why_stopped == "budget" and run.seconds >= limit
-    errors, why = test_errors(setup, run)
+    errors, why = _errors_in_tests(setup, run)
     return Identification(errors, run.processor_seconds, run.seconds, run, is_cut, why)
 
 
-def test_errors(setup: Setup, run: Run) -> tuple[Floats, str]:
+def _errors_in_tests(setup: Setup, run: Run) -> tuple[Floats, str]:
     """In each test load case, shape (tests,), inf where the model has no equilibrium; and which these are.
 
     None is below the tolerance of the forward solve, which can't tell less from zero.

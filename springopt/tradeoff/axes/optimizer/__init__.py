@@ -16,5 +16,5 @@ AXIS = Axis(
     missing=lambda scene: None,
     measure=measure,
     shown=("evaluations", "solves", "overhead_share"),
-    is_of_positions=False,
+    is_part=False,
 )
