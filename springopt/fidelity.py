@@ -8,7 +8,6 @@ many later ones, are made by both tolerances, and compared.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -16,10 +15,10 @@ import numpy as np
 
 from springopt.checks import Floats
 from springopt.race import best_of
-from springopt.recorder import Outcome
+from springopt.run import LooseSelections
 
 MEASURED_AT_FIRST = 32  # candidates that are solved by both tolerances before the loose one is trusted
-COMPARED = 10  # one selection in so many is made by both
+COMPARED = 20  # one selection in so many is made by both
 SHARE = 0.01  # of the spread, that the error of a value may have
 WINDOW = 16  # values whose spread is looked at, where a batch has fewer
 
@@ -50,6 +49,13 @@ class Fidelity:
     spread: float = math.inf  #: of the last values, from the least to the median
     last: tuple[float, ...] = ()  #: values
 
+    @property
+    def selections(self) -> LooseSelections | None:
+        """How many there were, for the run; None where no tolerance above the scene's own is allowed."""
+        if self.loosest <= self.own:
+            return None
+        return LooseSelections(self.loosest, self.loose_count, self.compared_count, self.differing_count)
+
     def plan(self) -> Plan:
         """How the next selection is made."""
         if self.loosest <= self.own:
@@ -64,22 +70,26 @@ class Fidelity:
         is_compared = self.loose_count % COMPARED == 0
         return Plan(tolerance, is_loose=True, is_compared=is_compared, error=self.error * tolerance / self.loosest)
 
-    def learn(self, plan: Plan, outcomes: Sequence[Outcome], count: int, rivals: Floats) -> None:
-        """Takes notice of a selection of `count` among outcomes and rivals, shape (r,), that was made by the plan."""
-        values = np.array([outcome.value for outcome in outcomes])
+    def see(self, values: Floats) -> None:
+        """Takes notice of the values of a batch, shape (m,); inf where they were dropped."""
+        if self.loosest <= self.own:
+            return
         found = values[np.isfinite(values)].tolist()
         self.last = tuple([*self.last, *found][-max(WINDOW, len(found)) :])
         if self.last:
             self.spread = float(np.median(self.last)) - min(self.last)
-        if not plan.is_loose:
-            return
-        loose = np.array([outcome.loose_value for outcome in outcomes])
+
+    def learn(self, plan: Plan, values: Floats, loose: Floats, count: int, rivals: Floats) -> None:
+        """Takes notice of a loose selection of `count` among values (m,) and rivals (r,), made by the plan.
+
+        `loose` are the values of those that were solved by both tolerances, nan of the others, shape (m,).
+        """
         both = np.isfinite(loose) & np.isfinite(values)
         errors = np.abs(values[both] - loose[both]) * (self.loosest / plan.tolerance)
-        self.measured += np.count_nonzero(both)
+        self.measured += int(both.sum())
         self.error = max(self.error, float(errors.max(initial=0.0)))
         self.loose_count += 1
         if plan.is_compared:
-            places = [best_of(each, count, rivals).places for each in (loose, values)]
+            found, exact = best_of(loose, count, rivals).places, best_of(values, count, rivals).places
             self.compared_count += 1
-            self.differing_count += not np.array_equal(*places)
+            self.differing_count += not np.array_equal(found, exact)

@@ -11,7 +11,15 @@ from typing import TYPE_CHECKING, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from springopt.checks import Floats, Integers, floats, require_finite, require_nonnegative, require_positive, require_shape
+from springopt.checks import (
+    Floats,
+    Integers,
+    floats,
+    require_finite,
+    require_nonnegative,
+    require_positive,
+    require_shape,
+)
 from springopt.errors import NoEquilibrium, UserError, did_you_mean
 from springopt.forward.batch import Equilibria, Group
 from springopt.forward.derivatives import Linearization

@@ -19,6 +19,7 @@ from springopt.ledger import Ledger
 from springopt.meter import Meter
 from springopt.race import Best, Racing, best_of
 from springopt.recorder import Answer, Recorder
+from springopt.run import LooseSelections
 from springopt.selection import Selector
 
 if TYPE_CHECKING:
@@ -148,6 +149,11 @@ class Problem:
         Under a time limit it is an estimate from the pace so far, and inf before the first answer.
         """
         return self._ledger.room()
+
+    @property
+    def loose_selections(self) -> LooseSelections | None:
+        """What came of a loosest tolerance so far; None where none above the objective's own is allowed."""
+        return None if self._selector is None else self._selector.fidelity.selections
 
     def sample(self, rng: np.random.Generator, count: int) -> Floats:
         """Points drawn uniformly from the box, shape (count, size); fair bits in a binary one.

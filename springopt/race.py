@@ -14,7 +14,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from springopt.checks import Booleans, Floats, Integers
+from springopt.checks import Floats, Integers
 
 
 class Stage(Protocol):
@@ -48,7 +48,7 @@ class Best(NamedTuple):
 class Known(NamedTuple):
     """What a race begins with."""
 
-    count: int  #: of the best that are sought
+    wanted: int  #: how many of the best are sought
     rivals: Floats  #: values that compete with the candidates', shape (r,)
     kept: float = -math.inf  #: values up to this are never dropped, as those that may reach a target
 
@@ -90,7 +90,7 @@ def race(
 ) -> Raced:
     """Races candidates, shape (m, s); all values are exact but those of candidates that were dropped.
 
-    Dropped is what is surely neither among the `count` best, nor below `best` and all others, nor at most `kept`.
+    Dropped is what is surely neither among the best `wanted`, nor below `best` and all others, nor at most `kept`.
     """
     case_count = sum(len(stage.cases) for stage in objective.stages)
     misfits = np.zeros((len(candidates), case_count))
@@ -99,7 +99,7 @@ def race(
     values = np.full(len(candidates), np.inf)
 
     def solve(racers: Integers, stage: Stage) -> None:
-        at = np.ix_(racers, stage.cases)
+        at = (racers[:, None], stage.cases)
         misfits[at], codes[at] = objective.misfits(candidates[racers], stage, tolerance)
         solves[racers] += len(stage.cases)
 
@@ -108,11 +108,6 @@ def race(
             solve(racers, stage)
         values[racers] = objective.values(candidates[racers], misfits[racers], codes[racers])
 
-    def survivors(racers: Integers) -> Booleans:
-        least = min(best, values.min())
-        limit = max(_limit(known, values), least, known.kept)
-        return ~(objective.bounds(misfits[racers], codes[racers]) > limit)
-
     first, *others = objective.stages
     racers = np.arange(len(candidates))
     solve(racers, first)
@@ -120,8 +115,10 @@ def race(
         order = np.argsort(objective.bounds(misfits, codes), kind="stable")
         finish(np.sort(order[:few]), others)
         racers = np.sort(order[few:])
+    limit = max(_limit(known, values), min(best, values.min()), known.kept)
     for stage in others:
-        racers = racers[survivors(racers)]
+        # By what it is not, so that a nan stays and is found out.
+        racers = racers[~(objective.bounds(misfits[racers], codes[racers]) > limit)]
         if not len(racers):
             break
         solve(racers, stage)
@@ -131,10 +128,10 @@ def race(
 
 def _unknown_count(known: Known) -> int:
     """How many values must become known before any candidate can be dropped."""
-    return max(known.count - np.count_nonzero(np.isfinite(known.rivals)), 0)
+    return max(known.wanted - int(np.isfinite(known.rivals).sum()), 0)
 
 
 def _limit(known: Known, values: Floats) -> float:
     """The value that a candidate must not exceed to be among the best."""
     joined = np.concatenate([values, known.rivals])
-    return float(np.partition(joined, known.count - 1)[known.count - 1]) if known.count <= len(joined) else math.inf
+    return float(np.partition(joined, known.wanted - 1)[known.wanted - 1]) if known.wanted <= len(joined) else math.inf

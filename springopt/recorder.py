@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import hashlib
+import math
+import struct
 from collections.abc import Sequence
 from typing import NamedTuple, Protocol
-
-import numpy as np
 
 from springopt.checks import Floats
 
@@ -23,8 +23,8 @@ class Answer(NamedTuple):
     seconds: float  #: on the run's wall clock when it was given
     processor_seconds: float  #: the same in processor time
     solving_seconds: float  #: of these, within forward solves and derivatives
-    #: Gradient, residuals or Jacobian as float64; the message without an equilibrium; of one that was raced how many
-    #: equilibria were sought, and the value by a loose tolerance where it was solved by that as well: nan where not.
+    #: Gradient, residuals or Jacobian as float64; the message without an equilibrium; of a race's candidate the
+    #: equilibria that were sought, and its value by a loose tolerance where it was solved by that as well.
     payload: bytes | None = None
     checksum: bytes | None = None  #: digest of a payload too large to keep, which replay computes again
 
@@ -32,19 +32,19 @@ class Answer(NamedTuple):
         """What is left for reading when the run will not be gone on with."""
         return self._replace(payload=None, checksum=None)
 
-
     @classmethod
-    def raced(cls, question: bytes, outcome: Outcome, clock: Sequence[float]) -> Answer:
+    def raced(cls, question: bytes, outcome: Outcome, clock: tuple[float, float, float]) -> Answer:
         """The answer to one candidate of a race."""
-        value = None if np.isinf(outcome.value) else outcome.value
-        noted = np.array([outcome.solves, outcome.loose_value]).tobytes()
-        return cls(RACED, question, outcome.tolerance, outcome.code, value, *clock, payload=noted)
+        value = None if outcome.value == math.inf else outcome.value
+        noted = _NOTED.pack(outcome.solves, outcome.loose_value)
+        return cls(RACED, question, outcome.tolerance, outcome.code, value, *clock, noted)
 
     def outcome(self) -> Outcome:
         """What `raced` was made of."""
-        solves, loose_value = np.frombuffer(self.payload or b"").tolist()
-        value = np.inf if self.value is None else self.value
-        return Outcome(value, self.status, int(solves), self.tolerance, loose_value)
+        assert self.payload is not None  # a complete run, which has none, is never gone on with
+        solves, loose_value = _NOTED.unpack(self.payload)
+        value = math.inf if self.value is None else self.value
+        return Outcome(value, self.status, solves, self.tolerance, loose_value)
 
     def solves(self, each: int) -> int:
         """Equilibria that were sought for it, of a candidate's `each` where no race was."""
@@ -58,10 +58,11 @@ class Outcome(NamedTuple):
     code: int  #: its worst status found
     solves: int  #: equilibria that were sought
     tolerance: float  #: by which the value was solved
-    loose_value: float = np.nan  #: by a loose tolerance, where it was solved by both; inf where it was dropped then
+    loose_value: float = math.nan  #: by a loose tolerance, where it was solved by both; inf where it was dropped then
 
 
 RACED = "raced"
+_NOTED = struct.Struct("<qd")
 NO_EQUILIBRIUM = -1
 NO_QUESTION = bytes(16)
 LARGEST_PAYLOAD = 1_000_000  # bytes

@@ -9,41 +9,41 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from springopt.checks import Floats
+from springopt.checks import Floats, Integers
 from springopt.fidelity import Fidelity, Plan
 from springopt.ledger import Ledger, SolveValues
 from springopt.race import Best, Known, Raced, Racing, best_of, pays, race, solve_all
 from springopt.recorder import Outcome
 
-BLOCK = 32  # candidates over which it is judged whether races pay
-WORTH = 0.1  # share of the solves that races must save to pay for their stages
-LONGEST_PAUSE = 4096  # candidates
+BLOCK = 100  # eights of equilibria over which it is judged whether races pay
+WORTH = 0.2  # share of them that races must save to pay for their stages
+LONGEST_PAUSE = 128  # blocks
 
 
 @dataclass
 class Patience:
-    """Whether races pay; where they don't they pause, each time twice as long. It changes with each race."""
+    """Whether races pay; where they don't they pause, each time twice as long. It changes with each batch."""
 
-    pause: int = 0  #: candidates that were not raced after the last block that did not pay
-    left: int = 0  #: of these still to come
-    raced: int = 0  #: candidates of this block
-    saved: float = 0.0  #: of their solves, in candidates
+    pause: int = 0  #: blocks without a race, after the last block that did not pay
+    left: int = 0  #: eights of equilibria still to come in this pause
+    taken: int = 0  #: eights that races took in this block
+    whole: int = 0  #: eights that solving everything would have taken
 
-    def is_ready(self, candidate_count: int) -> bool:
-        """Whether the next batch is raced."""
+    def is_ready(self, whole: int) -> bool:
+        """Whether the next batch, of so many eights, is raced."""
         if self.left <= 0:
             return True
-        self.left -= candidate_count
+        self.left -= whole
         return False
 
-    def learn(self, candidate_count: int, saved: float) -> None:
-        """Takes notice of a race that saved what so many candidates would have cost."""
-        self.raced += candidate_count
-        self.saved += saved
-        if self.raced >= BLOCK:
-            pays = self.saved >= WORTH * self.raced
-            self.pause = 0 if pays else min(max(2 * self.pause, BLOCK), LONGEST_PAUSE)
-            self.left, self.raced, self.saved = self.pause, 0, 0.0
+    def learn(self, taken: int, whole: int) -> None:
+        """Takes notice of a race."""
+        self.taken += taken
+        self.whole += whole
+        if self.whole >= BLOCK:
+            pays = self.taken <= (1.0 - WORTH) * self.whole
+            self.pause = 0 if pays else min(max(2 * self.pause, 1), LONGEST_PAUSE)
+            self.left, self.taken, self.whole = self.pause * BLOCK, 0, 0
 
 
 class Selector:
@@ -64,7 +64,7 @@ class Selector:
         loosest_tolerance: float | None = None,
     ) -> None:
         self._objective, self._decode, self._ledger = objective, decode, ledger
-        self._solves_each = sum(len(stage.cases) for stage in objective.stages)
+        self._sizes = [len(stage.cases) for stage in objective.stages]
         self._patience = Patience()
         self.fidelity = Fidelity(objective.tolerance, loosest_tolerance or objective.tolerance)
 
@@ -73,23 +73,34 @@ class Selector:
         plan = self.fidelity.plan()
         is_raced = self._is_raced(len(points), Known(count, rivals))
         fits = self._ledger.meter.counted_room() >= len(points)
-        if fits and (is_raced or plan.is_loose):
-            outcomes = self._ledger.raced(points, functools.partial(self._run, plan, is_raced, count, rivals))
-        else:
+        if not (fits and (is_raced or plan.is_loose)):
             values = self._ledger.values(points, solve_values)
-            outcomes = [Outcome(value, 0, self._solves_each, plan.tolerance) for value in values.tolist()]
-        if is_raced:
-            solves = sum(outcome.solves for outcome in outcomes)
-            self._patience.learn(len(points), len(points) - solves / self._solves_each)
-        self.fidelity.learn(plan, outcomes, count, rivals)
-        return best_of(np.array([outcome.value for outcome in outcomes]), count, rivals)
+            self.fidelity.see(values)
+            return best_of(values, count, rivals)
+        outcomes = self._ledger.raced(points, functools.partial(self._run, plan, is_raced, count, rivals))
+        values = np.array([outcome.value for outcome in outcomes])
+        if is_raced and not plan.is_loose:
+            self._patience.learn(*self._lengths(np.array([outcome.solves for outcome in outcomes])))
+        if plan.is_loose:
+            self.fidelity.learn(plan, values, np.array([outcome.loose_value for outcome in outcomes]), count, rivals)
+        self.fidelity.see(values)
+        return best_of(values, count, rivals)
+
+    def _lengths(self, solves: Integers) -> tuple[int, int]:
+        """What a race took in which candidates had so many solves, (m,), and what it would have taken without one.
+
+        In eights of equilibria, since so many are found at a time and a few take as long.
+        """
+        sizes = self._sizes
+        racers = [int((solves > begun).sum()) for begun in np.cumsum([0, *sizes[:-1]])]
+        taken = sum(_eights(count * size) for count, size in zip(racers, sizes, strict=True))
+        return taken, sum(_eights(len(solves) * size) for size in sizes)
 
     def _is_raced(self, candidate_count: int, known: Known) -> bool:
-        return (
-            len(self._objective.stages) > 1
-            and pays(candidate_count, known)
-            and self._patience.is_ready(candidate_count)
-        )
+        sizes = self._sizes
+        if len(sizes) == 1 or not pays(candidate_count, known):
+            return False
+        return self._patience.is_ready(sum(_eights(candidate_count * size) for size in sizes))
 
     def _run(
         self,
@@ -129,6 +140,10 @@ class Selector:
             solves, loose_value = outcome.solves + outcomes[place].solves, outcomes[place].value
             outcomes[place] = outcome._replace(solves=solves, loose_value=loose_value)
         return outcomes
+
+
+def _eights(count: int) -> int:
+    return -(-count // 8)  # lanes of `springopt.effects.lanes`, which would have numba imported
 
 
 def _outcomes(raced: Raced, tolerance: float) -> list[Outcome]:
