@@ -15,9 +15,10 @@ from springopt.ledger import Ledger, SolveValues
 from springopt.race import Best, Known, Raced, Racing, best_of, pays, race, solve_all
 from springopt.recorder import Outcome
 
-BLOCK = 100  # eights of equilibria over which it is judged whether races pay
-WORTH = 0.2  # share of them that races must save to pay for their stages
-LONGEST_PAUSE = 128  # blocks
+BLOCK = 48  # eights of equilibria over which it is judged whether races pay
+TOLL = 0.5  # eights that a stage costs beside its own, on scenes as small as the paper's
+WORTH = 0.1  # share of the eights that races must save
+FIRST_PAUSE, LONGEST_PAUSE = 2, 256  # blocks
 
 
 @dataclass
@@ -26,7 +27,7 @@ class Patience:
 
     pause: int = 0  #: blocks without a race, after the last block that did not pay
     left: int = 0  #: eights of equilibria still to come in this pause
-    taken: int = 0  #: eights that races took in this block
+    taken: float = 0.0  #: eights that races took in this block, with their tolls
     whole: int = 0  #: eights that solving everything would have taken
 
     def is_ready(self, whole: int) -> bool:
@@ -36,14 +37,14 @@ class Patience:
         self.left -= whole
         return False
 
-    def learn(self, taken: int, whole: int) -> None:
+    def learn(self, taken: float, whole: int) -> None:
         """Takes notice of a race."""
         self.taken += taken
         self.whole += whole
         if self.whole >= BLOCK:
             pays = self.taken <= (1.0 - WORTH) * self.whole
-            self.pause = 0 if pays else min(max(2 * self.pause, 1), LONGEST_PAUSE)
-            self.left, self.taken, self.whole = self.pause * BLOCK, 0, 0
+            self.pause = 0 if pays else min(max(2 * self.pause, FIRST_PAUSE), LONGEST_PAUSE)
+            self.left, self.taken, self.whole = self.pause * BLOCK, 0.0, 0
 
 
 class Selector:
@@ -72,28 +73,31 @@ class Selector:
         """See `Problem.best_of`; `solve_values` is what `Problem.evaluate` does."""
         plan = self.fidelity.plan()
         is_raced = self._is_raced(len(points), Known(count, rivals))
-        fits = self._ledger.meter.counted_room() >= len(points)
+        most = 2 if plan.is_loose else 1  # solves of a load case, which the budget must have left
+        fits = self._ledger.meter.counted_room() >= most * len(points)
         if not (fits and (is_raced or plan.is_loose)):
             values = self._ledger.values(points, solve_values)
             self.fidelity.see(values)
             return best_of(values, count, rivals)
         outcomes = self._ledger.raced(points, functools.partial(self._run, plan, is_raced, count, rivals))
         values = np.array([outcome.value for outcome in outcomes])
-        if is_raced and not plan.is_loose:
-            self._patience.learn(*self._lengths(np.array([outcome.solves for outcome in outcomes])))
+        loose_values = np.array([outcome.loose_value for outcome in outcomes])
+        if is_raced and not plan.is_compared:
+            again = np.where(np.isnan(loose_values), 0, sum(self._sizes))  # what followed the race
+            self._patience.learn(*self._lengths(np.array([outcome.solves for outcome in outcomes]) - again))
         if plan.is_loose:
-            self.fidelity.learn(plan, values, np.array([outcome.loose_value for outcome in outcomes]), count, rivals)
+            self.fidelity.learn(plan, values, loose_values, count, rivals)
         self.fidelity.see(values)
         return best_of(values, count, rivals)
 
-    def _lengths(self, solves: Integers) -> tuple[int, int]:
-        """What a race took in which candidates had so many solves, (m,), and what it would have taken without one.
+    def _lengths(self, solves: Integers) -> tuple[float, int]:
+        """What a race took in which candidates had so many solves, (m,), and what they would have taken without one.
 
         In eights of equilibria, since so many are found at a time and a few take as long.
         """
         sizes = self._sizes
         racers = [int((solves > begun).sum()) for begun in np.cumsum([0, *sizes[:-1]])]
-        taken = sum(_eights(count * size) for count, size in zip(racers, sizes, strict=True))
+        taken = sum(_eights(count * size) + TOLL for count, size in zip(racers, sizes, strict=True) if count)
         return taken, sum(_eights(len(solves) * size) for size in sizes)
 
     def _is_raced(self, candidate_count: int, known: Known) -> bool:
@@ -113,7 +117,7 @@ class Selector:
         best: float,
     ) -> list[Outcome]:
         """The outcomes of a chunk of points; see `ledger.SolveRace`."""
-        candidates = self._decode(points)
+        candidates = np.ascontiguousarray(self._decode(points))  # or parts would have the kernels compiled once more
         joined = np.concatenate([rivals, [outcome.value for outcome in before]])
         target = self._ledger.meter.budget.target
         # What becomes the best, or reaches the target, must not be missed.

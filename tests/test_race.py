@@ -12,7 +12,7 @@ from springopt.errors import BudgetSpent, UserError
 from springopt.misfit import MISFITS
 from springopt.problem import Problem
 from springopt.race import Known, best_of, race
-from springopt.selection import BLOCK, LONGEST_PAUSE, Patience
+from springopt.selection import BLOCK, FIRST_PAUSE, LONGEST_PAUSE, Patience
 from springopt.testing import Bowl, Box, Cliff, Tape, Unraced
 
 GRID = so.SpringLattice.grid((3, 3))
@@ -252,7 +252,7 @@ class TestPatience:
             pauses.append(0)
             while not patience.is_ready(BLOCK):
                 pauses[-1] += 1
-        assert pauses == [min(2**number, LONGEST_PAUSE) for number in range(12)]
+        assert pauses == [min(FIRST_PAUSE * 2**number, LONGEST_PAUSE) for number in range(12)]
 
     def test_races_that_save_go_on(self):
         patience = Patience(pause=8)
