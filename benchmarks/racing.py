@@ -5,7 +5,8 @@
 Three ways to answer `problem.best_of` take turns, in one process and on one seed: everything is solved; candidates are
 raced; and raced with tolerances up to the loosest while values are spread. Figures are processor seconds of the whole
 run, medians over the repeats, and the ratio to the first way, with the least and the greatest. That raced runs ask as
-many evaluations and find the same point is asserted on the way; of loose ones the cost is printed that they end at, beside that of the first way.
+many evaluations and find the same point is asserted on the way; of loose ones the cost is printed that they end at,
+beside that of the first way.
 """
 
 import argparse

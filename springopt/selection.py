@@ -119,26 +119,25 @@ class Selector:
         """The outcomes of a chunk of points; see `ledger.SolveRace`."""
         candidates = np.ascontiguousarray(self._decode(points))  # or parts would have the kernels compiled once more
         joined = np.concatenate([rivals, [outcome.value for outcome in before]])
-        target = self._ledger.meter.budget.target
-        # What becomes the best, or reaches the target, must not be missed.
-        sought = best if target is None else max(best, target)
-        kept = -math.inf if target is None else target
+        limit = self._ledger.meter.budget.target
+        target = -math.inf if limit is None else limit
+        kept = target if plan.is_compared else target + plan.error  # which is inf before any was measured
 
-        def find(tolerance: float, margin: float) -> Raced:
+        def find(tolerance: float) -> Raced:
             if not is_raced:
                 return solve_all(self._objective, candidates, tolerance)
-            known = Known(count, joined, kept + margin)
-            return race(self._objective, candidates, known, best=best + margin, tolerance=tolerance)
+            return race(self._objective, candidates, Known(count, joined, kept), best=best, tolerance=tolerance)
 
         own = self._objective.tolerance
         if not plan.is_loose:
-            return _outcomes(find(own, 0.0), own)
-        loose = find(plan.tolerance, plan.error)
+            return _outcomes(find(own), own)
+        loose = find(plan.tolerance)
         outcomes = _outcomes(loose, plan.tolerance)
         if plan.is_compared:
-            again, exact = np.arange(len(points)), find(own, 0.0)
-        else:
-            again = np.flatnonzero(loose.values <= sought + plan.error)
+            again, exact = np.arange(len(points)), find(own)
+        else:  # what may become the best, or reach the target, rests on the scene's own
+            error = plan.error
+            again = np.flatnonzero((loose.values < best + error) | (loose.values <= target + error))
             exact = solve_all(self._objective, candidates[again], own)
         for place, outcome in zip(again.tolist(), _outcomes(exact, own), strict=True):
             solves, loose_value = outcome.solves + outcomes[place].solves, outcomes[place].value
