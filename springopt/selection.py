@@ -15,9 +15,11 @@ from springopt.ledger import Ledger, SolveValues
 from springopt.race import Best, Known, Raced, Racing, best_of, pays, race, solve_all
 from springopt.recorder import Outcome
 
-BLOCK = 48  # eights of equilibria over which it is judged whether races pay
-TOLL = 0.5  # eights that a stage costs beside its own, on scenes as small as the paper's
-WORTH = 0.1  # share of the eights that races must save
+# What takes how long is told in eights of equilibria, since so many are found at a time and a few take as long. Beside
+# them, on scenes as small as the paper's, the equilibria of a stage take one more, and the stage of a race another bit.
+CALL, TOLL = 1.0, 0.7
+BLOCK = 80  # eights over which it is judged whether races pay
+WORTH = 0.1  # share of them that races must save
 FIRST_PAUSE, LONGEST_PAUSE = 2, 256  # blocks
 
 
@@ -26,25 +28,25 @@ class Patience:
     """Whether races pay; where they don't they pause, each time twice as long. It changes with each batch."""
 
     pause: int = 0  #: blocks without a race, after the last block that did not pay
-    left: int = 0  #: eights of equilibria still to come in this pause
-    taken: float = 0.0  #: eights that races took in this block, with their tolls
-    whole: int = 0  #: eights that solving everything would have taken
+    left: float = 0.0  #: eights still to come in this pause
+    taken: float = 0.0  #: eights that races took in this block
+    whole: float = 0.0  #: eights that solving everything would have taken
 
-    def is_ready(self, whole: int) -> bool:
+    def is_ready(self, whole: float) -> bool:
         """Whether the next batch, of so many eights, is raced."""
         if self.left <= 0:
             return True
         self.left -= whole
         return False
 
-    def learn(self, taken: float, whole: int) -> None:
+    def learn(self, taken: float, whole: float) -> None:
         """Takes notice of a race."""
         self.taken += taken
         self.whole += whole
         if self.whole >= BLOCK:
             pays = self.taken <= (1.0 - WORTH) * self.whole
             self.pause = 0 if pays else min(max(2 * self.pause, FIRST_PAUSE), LONGEST_PAUSE)
-            self.left, self.taken, self.whole = self.pause * BLOCK, 0.0, 0
+            self.left, self.taken, self.whole = float(self.pause * BLOCK), 0.0, 0.0
 
 
 class Selector:
@@ -90,21 +92,21 @@ class Selector:
         self.fidelity.see(values)
         return best_of(values, count, rivals)
 
-    def _lengths(self, solves: Integers) -> tuple[float, int]:
-        """What a race took in which candidates had so many solves, (m,), and what they would have taken without one.
-
-        In eights of equilibria, since so many are found at a time and a few take as long.
-        """
+    def _lengths(self, solves: Integers) -> tuple[float, float]:
+        """What a race took in which candidates had so many solves, (m,), and what they would have taken without one."""
         sizes = self._sizes
         racers = [int((solves > begun).sum()) for begun in np.cumsum([0, *sizes[:-1]])]
         taken = sum(_eights(count * size) + TOLL for count, size in zip(racers, sizes, strict=True) if count)
-        return taken, sum(_eights(len(solves) * size) for size in sizes)
+        return taken, self._length(len(solves))
+
+    def _length(self, candidate_count: int) -> float:
+        """What so many candidates take without a race."""
+        return sum(_eights(candidate_count * size) for size in self._sizes)
 
     def _is_raced(self, candidate_count: int, known: Known) -> bool:
-        sizes = self._sizes
-        if len(sizes) == 1 or not pays(candidate_count, known):
+        if len(self._sizes) == 1 or not pays(candidate_count, known):
             return False
-        return self._patience.is_ready(sum(_eights(candidate_count * size) for size in sizes))
+        return self._patience.is_ready(self._length(candidate_count))
 
     def _run(
         self,
@@ -145,8 +147,8 @@ class Selector:
         return outcomes
 
 
-def _eights(count: int) -> int:
-    return -(-count // 8)  # lanes of `springopt.effects.lanes`, which would have numba imported
+def _eights(count: int) -> float:
+    return CALL - (-count // 8)  # lanes of `springopt.effects.lanes`, which would have numba imported
 
 
 def _outcomes(raced: Raced, tolerance: float) -> list[Outcome]:
