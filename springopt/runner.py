@@ -76,12 +76,14 @@ def solve(
     optimizer = _ready(optimizer, scene, options)
     first = None if start is None else _first(start, scene)
     limits = {"evaluations": evaluations, "seconds": seconds, "solves": solves, "target": target}
-    order = _order(scene, optimizer, first, seed, limits, _require_loosest(loosest_tolerance))
+    order = _order(scene, optimizer, first, seed, limits, loosest_tolerance)
     if out is not None:
         _require_new(Path(out))
     if setup is not None and setup.scene != scene:
         raise UserError(f"the setup is of scene {setup.scene.name}, not of {scene.name}; give the one of this scene.")
     setup = setup or scene.build(threads=threads)
+    if loosest_tolerance is not None:
+        _require_loosest(loosest_tolerance, setup.objective.tolerance)
     if isinstance(first, EarlierRun):
         require_fits(first, setup.encoding)
     if out is None:
@@ -178,10 +180,12 @@ def _require_seed(seed: int) -> int:
     return int(seed)
 
 
-def _require_loosest(tolerance: float | None) -> float | None:
-    if tolerance is not None and not 0.0 < tolerance <= LOOSEST:
-        raise UserError(f"loosest_tolerance lies in (0, {LOOSEST:g}], not at {tolerance!r}; give a lower one.")
-    return tolerance
+def _require_loosest(tolerance: float, own: float) -> None:
+    if not own < tolerance <= LOOSEST:
+        raise UserError(
+            f"loosest_tolerance lies above the scene's own {own:g} and is at most {LOOSEST:g}, not {tolerance!r}; "
+            "give one between them."
+        )
 
 
 def _require_new(out: Path) -> None:

@@ -44,8 +44,8 @@ class Patience:
         self.taken += taken
         self.whole += whole
         if self.whole >= BLOCK:
-            pays = self.taken <= (1.0 - WORTH) * self.whole
-            self.pause = 0 if pays else min(max(2 * self.pause, FIRST_PAUSE), LONGEST_PAUSE)
+            is_worth_it = self.taken <= (1.0 - WORTH) * self.whole
+            self.pause = 0 if is_worth_it else min(max(2 * self.pause, FIRST_PAUSE), LONGEST_PAUSE)
             self.left, self.taken, self.whole = float(self.pause * BLOCK), 0.0, 0.0
 
 
