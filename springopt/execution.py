@@ -51,7 +51,8 @@ def execute(
     """
     with held_interrupts() as pressed, threadpool_limits(1, user_api="blas"):
         budget, watch = Budget(**order.budget), _watcher(progress, pressed)
-        problem = Problem(setup.objective, setup.encoding, budget, journal, watch=watch)
+        loosest = order.loosest_tolerance
+        problem = Problem(setup.objective, setup.encoding, budget, journal, watch=watch, loosest_tolerance=loosest)
         for ready in (start, optimizer):
             if ready:
                 require_supplies(ready, problem.supplies)
@@ -186,6 +187,7 @@ def _result(
         notes=problem.notes,
         objective_of_present=_value_of_present(setup, point),
         front=problem.front,
+        loose_selections=problem.loose_selections,
     )
 
 

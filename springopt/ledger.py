@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Sequence
 
@@ -10,11 +11,23 @@ from numpy.typing import NDArray
 
 from springopt.budget import Budget
 from springopt.checks import Floats
-from springopt.errors import NoEquilibrium, RecordBroken, RunFileError, SpringoptError
+from springopt.errors import BudgetSpent, NoEquilibrium, RecordBroken, RunFileError, SpringoptError
 from springopt.meter import Meter, Times
-from springopt.recorder import LARGEST_PAYLOAD, NO_EQUILIBRIUM, NO_QUESTION, Answer, NullRecorder, Recorder, digest
+from springopt.recorder import (
+    LARGEST_PAYLOAD,
+    NO_EQUILIBRIUM,
+    NO_QUESTION,
+    RACED,
+    Answer,
+    NullRecorder,
+    Outcome,
+    Recorder,
+    digest,
+)
 
 SolveValues = Callable[[Floats], tuple[Floats, NDArray[np.int8]]]  # points -> values and statuses, (m,) each
+#: Points of a chunk, the outcomes of those before it, the best value so far -> the outcomes, one each.
+SolveRace = Callable[[Floats, Sequence[Outcome], float], list[Outcome]]
 SolveNumbers = Callable[[Floats], tuple[float, Floats]]  # point -> value and derivatives
 Keep = Callable[[Floats, Sequence[Answer]], None]  # points, shape (m, size), and their answers
 
@@ -76,6 +89,15 @@ class Ledger:
                 keep(chunk[: len(answers)], answers)
         return np.array(values, dtype=float)
 
+    def raced(self, points: Floats, race: SolveRace) -> list[Outcome]:
+        """Outcomes of points, shape (m, size), whose race is run chunk by chunk; all of them fit the counted budget."""
+        outcomes: list[Outcome] = []
+        for begin in range(0, len(points), CHUNK):
+            chunk = points[begin : begin + CHUNK]
+            answers = self._raced_chunk(chunk, functools.partial(race, chunk, outcomes, self.meter.best_value))
+            outcomes += [answer.outcome() for answer in answers]
+        return outcomes
+
     def numbers(self, kind: str, point: Floats, solve: SolveNumbers, *, cost: int) -> tuple[float, Floats]:
         """Value and derivatives, flat, at a point, shape (size,). Raises NoEquilibrium, also from the record."""
         self.meter.require_room(cost)
@@ -107,6 +129,34 @@ class Ledger:
             self._recorder.record(answers)
         self.meter.count(points[: len(answers)], answers)
         return answers
+
+    def _raced_chunk(self, points: Floats, race: Callable[[], list[Outcome]]) -> list[Answer]:
+        """Answers to all of these points; raises BudgetSpent where one before the last reaches the target."""
+        self.meter.require_room(cost=1)
+        questions = [digest(point) for point in points]
+        answers = self._recorder.recorded(RACED, questions)
+        if answers:
+            self._rewind(answers)
+            self.meter.count(points[: len(answers)], answers)
+        # A race is run as a whole: a record that ends within it is gone on with by running it once more.
+        if len(answers) < len(points):
+            self.meter.require_room(cost=1)
+            self._before_solve()
+            new = self._solve_race(questions, race)[len(answers) :]
+            self._recorder.record(new)
+            self.meter.count(points[len(answers) :][: len(new)], new)
+            answers += new
+        if len(answers) < len(points):
+            raise BudgetSpent
+        return answers
+
+    def _solve_race(self, questions: list[bytes], race: Callable[[], list[Outcome]]) -> list[Answer]:
+        with self.meter.clock.solving():
+            outcomes = race()
+        answered = self._until_target([outcome.value for outcome in outcomes])
+        _finite("value", np.array([value for value in answered if value != math.inf]))
+        clock = self.meter.clock.read()
+        return [Answer.raced(*pair, clock) for pair in zip(questions, outcomes[: len(answered)], strict=False)]
 
     def _solve_values(self, points: Floats, questions: list[bytes], solve: SolveValues) -> list[Answer]:
         with self.meter.clock.solving():

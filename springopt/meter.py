@@ -105,7 +105,7 @@ class Meter:
         """Charges one answer for each of the points, shape (m, size); a value of None had no equilibrium."""
         for point, answer in zip(points, answers, strict=True):
             self.evaluations += cost
-            self.solves += cost * self._solves_each
+            self.solves += cost * answer.solves(self._solves_each)
             if answer.value is not None and answer.value < self.best_value:
                 self.best_value = answer.value
                 self.best_point = point.copy()

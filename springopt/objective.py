@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -10,7 +11,15 @@ from typing import TYPE_CHECKING, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from springopt.checks import Floats, floats, require_finite, require_nonnegative, require_positive, require_shape
+from springopt.checks import (
+    Floats,
+    Integers,
+    floats,
+    require_finite,
+    require_nonnegative,
+    require_positive,
+    require_shape,
+)
 from springopt.errors import NoEquilibrium, UserError, did_you_mean
 from springopt.forward.batch import Equilibria, Group
 from springopt.forward.derivatives import Linearization
@@ -29,6 +38,8 @@ if TYPE_CHECKING:
 
 #: The cost cap, in misfits of a body whose every node is off by this many times its size.
 CAP_SIZES = 100.0
+#: Of a race: a set of supports with more than one in so many of the training load cases is split.
+STAGES = 4
 
 
 @dataclass(frozen=True)
@@ -51,6 +62,14 @@ class CaseError:
     least_squares: float  #: half the sum of squared coordinate differences
     max_distance: float  #: of any node [length]
     status: Status
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """Training load cases with the same supports, which a race solves together; see `springopt.race`."""
+
+    cases: Integers  #: their numbers among the training load cases, shape (c,)
+    group: Group  #: of them alone
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +115,7 @@ class Objective:
 
     def __getstate__(self) -> dict[str, object]:
         """Without the groups, which hold addresses of kernels in this process and are made again."""
-        return {name: value for name, value in self.__dict__.items() if name != "_groups"}
+        return {name: value for name, value in self.__dict__.items() if name not in ("_groups", "stages")}
 
     def evaluate(self, stiffness: ArrayLike | Parameters) -> Evaluation:
         """The values of many candidates (m, s), or `Parameters` of many.
@@ -107,17 +126,50 @@ class Objective:
         if isinstance(stiffness, Parameters):
             return self.fitting(stiffness).evaluate(stiffness.rows())
         candidates = self.model.candidates(stiffness, axes=2)[1]
-        equilibria = self.model.find(self._groups, candidates, self.tolerance)
-        misfits = self._misfit.value(self._differences(equilibria), self.smallest_rest_length)
+        misfits, codes = self.misfits(candidates)
+        return Evaluation(self.values(candidates, misfits, codes), codes.max(axis=1), codes.size)
+
+    @cached_property
+    def stages(self) -> tuple[Stage, ...]:
+        """The training load cases in the parts that a race solves one after the other, each with the same supports."""
+        # Small displacements have one factor for all load cases of a candidate, which parts would make again.
+        is_whole = self.model.kinematics == "linear"
+        most = len(self._training) if is_whole else math.ceil(len(self._training) / STAGES)
+        return tuple(
+            Stage(group.cases[begin : begin + most], group.part(slice(begin, begin + most)))
+            for group in self._groups
+            for begin in range(0, len(group.cases), most)
+        )
+
+    def misfits(
+        self, candidates: Floats, stage: Stage | None = None, tolerance: float | None = None
+    ) -> tuple[Floats, NDArray[np.int8]]:
+        """Misfits and statuses of checked candidates (m, s) in the c training load cases of a stage, shape (m, c).
+
+        By default in all training load cases, with the objective's own tolerance.
+        """
+        groups = self._groups if stage is None else (stage.group,)
+        equilibria = self.model.find(groups, candidates, self.tolerance if tolerance is None else tolerance)
+        differences = self._differences(equilibria, slice(None) if stage is None else stage.cases)
+        return self._misfit.value(differences, self.smallest_rest_length), equilibria.codes
+
+    def bounds(self, misfits: Floats, codes: NDArray[np.int8]) -> Floats:
+        """What candidates cost at least, (m,), by misfits and statuses (m, c); where not all are known yet, 0 each.
+
+        With an equilibrium in all training load cases it is their value.
+        """
         # No matrix product: BLAS rounds by the shape of the batch, and a value depends on its candidate alone.
-        values = np.minimum((misfits * self._training_weights).sum(axis=-1), self._cap)
-        failed = np.flatnonzero(~has_equilibrium(equilibria.codes).all(axis=1))
+        sums = np.minimum((misfits * self._training_weights).sum(axis=-1), self._cap)
+        return np.where(has_equilibrium(codes).all(axis=1), sums, self._cap)
+
+    def values(self, candidates: Floats, misfits: Floats, codes: NDArray[np.int8]) -> Floats:
+        """The values (m,) of checked candidates (m, s) that have these misfits and statuses (m, c)."""
+        values = self.bounds(misfits, codes)
+        failed = np.flatnonzero(~has_equilibrium(codes).all(axis=1))
         if len(failed):
-            shares = zero_mode_shares(
-                self._groups, candidates[failed, : self.model.lattice.spring_count], equilibria.codes[failed]
-            )
-            values[failed] = self._cap * (1.0 + shares)
-        return Evaluation(values, equilibria.codes.max(axis=1), equilibria.codes.size)
+            springs = candidates[failed, : self.model.lattice.spring_count]
+            values[failed] = self._cap * (1.0 + zero_mode_shares(self._groups, springs, codes[failed]))
+        return values
 
     @overload
     def gradient(self, stiffness: ArrayLike) -> tuple[float, Floats]: ...
@@ -276,10 +328,13 @@ class Objective:
         off[..., 0] = CAP_SIZES * size
         return float(self._misfit.value(off, self.smallest_rest_length) @ self._training_weights)
 
-    def _differences(self, answers: Equilibria | Motions) -> Floats:
-        """Model less reference in the training load cases, shape (m, c, n, d); in motion (m, c, t n, d)."""
+    def _differences(self, answers: Equilibria | Motions, which: Integers | slice = slice(None)) -> Floats:
+        """Model less reference in the training load cases, shape (m, c, n, d); in motion (m, c, t n, d).
+
+        `which` of them were answered, if not all.
+        """
         count, cases = answers.displacements.shape[:2]
-        differences = answers.displacements.reshape(count, cases, -1) - self._training_displacements
+        differences = answers.displacements.reshape(count, cases, -1) - self._training_displacements[which]
         return differences.reshape(count, cases, -1, self.model.lattice.dimension)
 
     def _columns(self, width: int) -> NDArray[np.int64]:

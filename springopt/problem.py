@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, Literal, Protocol
+from numbers import Integral
+from typing import TYPE_CHECKING, Any, Literal, Protocol, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,7 +17,10 @@ from springopt.forward.status import has_equilibrium
 from springopt.front import Front
 from springopt.ledger import Ledger
 from springopt.meter import Meter
+from springopt.race import Best, Racing, best_of
 from springopt.recorder import Answer, Recorder
+from springopt.run import LooseSelections
+from springopt.selection import Selector
 
 if TYPE_CHECKING:
     from scipy.sparse.linalg import LinearOperator
@@ -71,6 +75,7 @@ class Problem:
         budget: when to stop.
         recorder: keeps every answer, and gives recorded ones again without a solve.
         watch: called with the meter before each solve; what it raises ends the run between two answers.
+        loosest_tolerance: that forward solves may have in `best_of`; by default the objective's own.
 
     Attributes:
         size: how many numbers a point has.
@@ -90,6 +95,7 @@ class Problem:
         recorder: Recorder | None = None,
         *,
         watch: Callable[[Meter], None] | None = None,
+        loosest_tolerance: float | None = None,
     ) -> None:
         self.size = encoding.size
         self.kind = encoding.kind
@@ -102,6 +108,7 @@ class Problem:
         training = sum(case.role == "train" for case in objective.cases)
         self._ledger = Ledger(budget, recorder, watch, tolerance=objective.tolerance, solves_each=training)
         self.meter = self._ledger.meter
+        self._selector = _selector(objective, encoding, self._ledger, loosest_tolerance)
 
     @property
     def supplies(self) -> frozenset[str]:
@@ -143,6 +150,11 @@ class Problem:
         """
         return self._ledger.room()
 
+    @property
+    def loose_selections(self) -> LooseSelections | None:
+        """What came of a loosest tolerance so far; None where none above the objective's own is allowed."""
+        return None if self._selector is None else self._selector.fidelity.selections
+
     def sample(self, rng: np.random.Generator, count: int) -> Floats:
         """Points drawn uniformly from the box, shape (count, size); fair bits in a binary one.
 
@@ -169,6 +181,23 @@ class Problem:
         Raises UserError for another shape, OutsideBox for a point outside the box.
         """
         return self._ledger.values(self._in_box(points, ("m", self.size)), self._solve_values)
+
+    def best_of(self, points: ArrayLike, count: int, *, rivals: ArrayLike = ()) -> Best:
+        """Which of points, shape (m, size), are among the best `count` of them and their rivals; 1 evaluation each.
+
+        Rivals are values that are known already, shape (r,), as those of parents; among equals points come first, in
+        their order. The answer is that of `evaluate`, but candidates that can't be among them are not solved to the
+        end. Raises what `evaluate` raises.
+        """
+        asked = self._in_box(points, ("m", self.size))
+        if isinstance(count, bool) or not isinstance(count, Integral) or count < 1:
+            raise UserError(f"count must be a whole number from 1 on, not {count!r}.")
+        others = require_shape("rivals", floats("rivals", rivals), ("r",))
+        if np.isnan(others).any():
+            raise UserError("rivals must be numbers, not nan; give values that the problem gave.")
+        if self._selector is None:
+            return best_of(self._ledger.values(asked, self._solve_values), count, others)
+        return self._selector.best_of(asked, int(count), others, self._solve_values)
 
     def objectives(self, points: ArrayLike) -> Floats:
         """Several goals at once, shape (m, size) -> (m, 2): the value, and how many springs have a stiffness above 0.
@@ -286,6 +315,16 @@ class Problem:
                 'round it, or let the optimizer need "real".'
             )
         return array
+
+
+def _selector(
+    objective: Objective, encoding: Encoding, ledger: Ledger, loosest_tolerance: float | None
+) -> Selector | None:
+    """What races candidates, where the objective can be solved in stages."""
+    # Of its own class: what wraps an objective and passes its attributes on would be raced past.
+    if not hasattr(type(objective), "stages"):
+        return None
+    return Selector(cast("Racing", objective), encoding.decode, ledger, loosest_tolerance)
 
 
 def _read_only(bound: Floats) -> Floats:

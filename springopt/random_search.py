@@ -25,4 +25,4 @@ class RandomSearch(Optimizer):
 
     def minimize(self, problem: Problem, rng: np.random.Generator) -> None:
         while problem.budget_left:
-            problem.evaluate(problem.sample(rng, self.batch))
+            problem.best_of(problem.sample(rng, self.batch), 1, rivals=[problem.best_value])

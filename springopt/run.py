@@ -25,6 +25,15 @@ class Improvement(NamedTuple):
     value: float
 
 
+class LooseSelections(NamedTuple):
+    """How often the best of a batch were selected by a loose tolerance, and what comparing told; see `fidelity`."""
+
+    loosest_tolerance: float  #: that was allowed
+    made: int
+    compared: int  #: of these, with the same by the scene's own tolerance
+    differed: int  #: of these, in which were selected, or in their order
+
+
 @dataclass(frozen=True, kw_only=True)
 class Order:
     """What a run is asked to do, and the build that does it: with the answers, all that resuming needs."""
@@ -36,6 +45,7 @@ class Order:
     budget: dict[str, Any]  #: the fields of a Budget
     origin: dict[str, str]  #: see `springopt.origin`
     start: dict[str, Any] | None = None  #: name and options of what runs first, see `springopt.start`
+    loosest_tolerance: float | None = None  #: of forward solves in `Problem.best_of`; None is the scene's own
 
     def to_json(self) -> str:
         return json.dumps(asdict(self))
@@ -78,6 +88,8 @@ class Run:
     start: str | None = None  #: the optimizer that ran first, or the run whose best point was the first guess
     scene_digest: str | None = None  #: of what decides the scene's values, see `Scene.digest`
     front: Front = field(default_factory=Front)  #: empty where the optimizer asked for values alone
+    #: The loosest tolerance that was allowed, and how often the best were selected loosely; None where it was not.
+    loose_selections: LooseSelections | None = None
 
     @property
     def method(self) -> str:
@@ -105,7 +117,7 @@ def plain(value: Any) -> Any:
         return plain(value.tolist())
     if isinstance(value, dict):
         return {key: plain(item) for key, item in value.items()}
-    if isinstance(value, Improvement):
+    if isinstance(value, Improvement | LooseSelections):
         return plain(value._asdict())
     if isinstance(value, list | tuple):
         return [plain(item) for item in value]

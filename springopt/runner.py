@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Progress", "resume", "solve"]
 
+LOOSEST = 0.01  # a tolerance; beyond it an equilibrium is not near enough to be told from a saddle, which takes longer
+
 
 def solve(
     scene: Scene | str | os.PathLike[str] = "paper-fem-2d",
@@ -42,6 +44,7 @@ def solve(
     out: str | os.PathLike[str] | None = None,
     setup: Setup | None = None,
     threads: int = 1,
+    loosest_tolerance: float | None = None,
     progress: Progress | None = None,
 ) -> Run:
     """Runs an optimizer on a scene until its budget is spent, and says what came of it.
@@ -59,6 +62,10 @@ def solve(
         out: the run file to write. Beside it lies `<out>.journal` while the run lasts, for `resume`.
         setup: of the same scene, made ready by an earlier `scene.build()`: no bit of the run depends on it.
         threads: that share the forward solves of a batch; no bit of the run depends on their number.
+        loosest_tolerance: of the forward solve, by which an optimizer that asks for the best of a batch may get them
+            while their values are spread; up to 0.01. Then these are no longer those of the scene's own tolerance to
+            the bit, but the best value, its history and the target always rest on that; the Run says how often
+            selections were loose, were compared, and differed. By default all solves have the scene's own.
         progress: called up to ten times a second with the evaluations spent, of how many (None if they are not
             limited), the best value and the seconds.
     """
@@ -69,12 +76,14 @@ def solve(
     optimizer = _ready(optimizer, scene, options)
     first = None if start is None else _first(start, scene)
     limits = {"evaluations": evaluations, "seconds": seconds, "solves": solves, "target": target}
-    order = _order(scene, optimizer, first, seed, limits)
+    order = _order(scene, optimizer, first, seed, limits, loosest_tolerance)
     if out is not None:
         _require_new(Path(out))
     if setup is not None and setup.scene != scene:
         raise UserError(f"the setup is of scene {setup.scene.name}, not of {scene.name}; give the one of this scene.")
     setup = setup or scene.build(threads=threads)
+    if loosest_tolerance is not None:
+        _require_loosest(loosest_tolerance, setup.objective.tolerance)
     if isinstance(first, EarlierRun):
         require_fits(first, setup.encoding)
     if out is None:
@@ -119,7 +128,14 @@ def _ready(optimizer: str | Optimizer, scene: Scene, options: Mapping[str, Any] 
     return optimizer
 
 
-def _order(scene: Scene, optimizer: Optimizer, first: Optimizer | None, seed: int, limits: Mapping[str, Any]) -> Order:
+def _order(
+    scene: Scene,
+    optimizer: Optimizer,
+    first: Optimizer | None,
+    seed: int,
+    limits: Mapping[str, Any],
+    loosest_tolerance: float | None,
+) -> Order:
     """What is asked for; without any limit the scene's own budget holds."""
     unlimited = all(limit is None for limit in limits.values())
     return Order(
@@ -130,6 +146,7 @@ def _order(scene: Scene, optimizer: Optimizer, first: Optimizer | None, seed: in
         budget=asdict(Budget(**(scene.budget.model_dump() if unlimited else limits))),
         origin=this_origin(type(optimizer), type(first) if first else None),
         start={"name": first.name, "options": asdict(first)} if first else None,
+        loosest_tolerance=loosest_tolerance,
     )
 
 
@@ -161,6 +178,14 @@ def _require_seed(seed: int) -> int:
     if isinstance(seed, bool) or not isinstance(seed, Integral) or seed < 0:
         raise UserError(f"the seed must be a whole number from 0 on, not {seed!r}; give another.")
     return int(seed)
+
+
+def _require_loosest(tolerance: float, own: float) -> None:
+    if not own < tolerance <= LOOSEST:
+        raise UserError(
+            f"loosest_tolerance lies above the scene's own {own:g} and is at most {LOOSEST:g}, not {tolerance!r}; "
+            "give one between them."
+        )
 
 
 def _require_new(out: Path) -> None:

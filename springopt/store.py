@@ -21,7 +21,7 @@ from springopt.front import Front
 from springopt.lattice import SpringLattice
 from springopt.load_case import LoadCase
 from springopt.recorder import Answer
-from springopt.run import Improvement, Order, Run
+from springopt.run import Improvement, LooseSelections, Order, Run
 
 FORMAT = 2
 
@@ -124,7 +124,7 @@ def _write_run(file: h5py.File, run: Run) -> None:
         file.create_dataset(f"notes/{name}", data=np.array(curve), compression="gzip")
     for name, column in facts.pop("front").items():
         file[f"front/{name}"] = column
-    for name in _PARAMETERS:  # a run that fits none is a file as it was before there were any
+    for name in (*_PARAMETERS, "loose_selections"):  # a run without is a file as it was before there were any
         if not facts[name]:
             del facts[name]
     file["run"] = json.dumps(facts)
@@ -133,6 +133,8 @@ def _write_run(file: h5py.File, run: Run) -> None:
 def _read_run(file: h5py.File, path: Path) -> Run:
     facts = json.loads(file["run"].asstr()[()])
     facts |= {name: file[name][()] for name in _ARRAYS}
+    if "loose_selections" in facts:
+        facts["loose_selections"] = LooseSelections(*facts["loose_selections"])
     notes = {name: _curve(dataset) for name, dataset in file.get("notes", {}).items()}
     front = Front(**{name: column[()] for name, column in file.get("front", {}).items()})
     return Run(**facts | {"run": str(path)}, history=_read_history(file["history"]), notes=notes, front=front)

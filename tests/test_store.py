@@ -1,5 +1,6 @@
 import dataclasses
 import json
+import math
 
 import h5py
 import numpy as np
@@ -9,7 +10,7 @@ from springopt.errors import RunFileError
 from springopt.front import Front
 from springopt.lattice import SpringLattice
 from springopt.load_case import LoadCase
-from springopt.recorder import NO_QUESTION, Answer
+from springopt.recorder import NO_QUESTION, Answer, Outcome
 from springopt.run import Improvement, Order, Run
 from springopt.store import FORMAT, RunFile, read, read_answers, write
 
@@ -18,6 +19,7 @@ ANSWERS = [
     Answer("gradient", bytes(16), 1e-8, 0, -0.0, 2.5, 2.25, 1.5, np.array([1e-300, -0.0]).tobytes()),
     Answer("jacobian", bytes(16), 1e-8, 0, 3.0, 2.5, 2.25, 1.5, None, b"x" * 16),
     Answer("gradient", bytes(16), 1e-8, -1, None, 3.5, 3.25, 2.5, "§ no equilibrium".encode()),
+    Answer.raced(bytes(16), Outcome(math.inf, 0, 3, 1e-3), (3.5, 3.25, 2.5)),
     Answer("budget_left", NO_QUESTION, 1e-8, 0, np.inf, 4.0, 4.0, 3.0),
 ]
 LATTICE = SpringLattice.grid((2, 2))

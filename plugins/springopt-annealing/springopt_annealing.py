@@ -20,6 +20,7 @@ from springopt.problem import Problem
 PROPOSALS = 20  # at one temperature
 CHANGES = 50  # of the value, whose median is its spread
 WISHED_RATE = 0.44  # share of accepted steps; best for one number at a time (Roberts and Rosenthal 2001)
+ROUNDING = 1e-12  # of a value, by which none is refused that is accepted in the last bit
 GROWTH = 1.1  # of a step that was accepted
 CYCLE = 200  # proposals for each number in the first cooling where the budget knows no end
 
@@ -87,15 +88,23 @@ class Walk:
         which = int(rng.integers(problem.size))
         proposed = self.point.copy()
         proposed[which] = self._moved(which, problem, rng)
-        value = float(problem.evaluate(proposed[None])[0])
+        drawn = rng.random()
+        value = self._value(problem, proposed, temperature, drawn)
         self.asked += 1
         if value != self.value and len(self.changes) < CHANGES:
             self.changes.append(abs(value - self.value))
-        accepted = rng.random() < chance(value - self.value, temperature)
+        accepted = drawn < chance(value - self.value, temperature)
         if accepted:
             self.point, self.value = proposed, value
         self._adapt(which, accepted)
         return accepted
+
+    def _value(self, problem: Problem, proposed: Floats, temperature: float, drawn: float) -> float:
+        """The value of a point that may be accepted, or where the changes are asked for; inf where it is refused."""
+        if len(self.changes) < CHANGES:
+            return float(problem.evaluate(proposed[None])[0])
+        best = problem.best_of(proposed[None], 1, rivals=[highest(self.value, temperature, drawn)])
+        return float(best.values[0]) if len(best.values) else math.inf
 
     def _moved(self, which: int, problem: Problem, rng: np.random.Generator) -> float:
         """The bit flipped, or the number a normal step further, turned back at the ends of its interval."""
@@ -117,3 +126,11 @@ def chance(change: float, temperature: float) -> float:
     if change <= 0:
         return 1.0
     return math.exp(-change / temperature) if temperature > 0 else 0.0
+
+
+def highest(value: float, temperature: float, drawn: float) -> float:
+    """At least the highest value that is accepted from this one, by a number drawn from [0, 1)."""
+    if not drawn:
+        return math.inf
+    allowed = -temperature * math.log(drawn)
+    return value + allowed + ROUNDING * (abs(value) + allowed)

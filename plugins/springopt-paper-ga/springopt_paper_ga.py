@@ -80,7 +80,15 @@ class PaperGA(Optimizer):
         for g in count(1):
             pmut = min(a / g + b, 1.0) if self.limit_pmut else a / g + b
             children = self.mutate(self.cross(parents, rng), pmut, mutation, problem, rng)
-            parents = SURVIVALS[self.survival](parents, _evaluated(problem, children), self.elite)
+            parents = SURVIVALS[self.survival](parents, self._best(problem, children, parents.values), self.elite)
+
+    def _best(self, problem: Problem, children: Floats, parents: Floats) -> Population:
+        """The children that may survive beside parents with these values, shape (m,); the others need no value."""
+        if self.survival == "compete":
+            best = problem.best_of(children, len(parents), rivals=parents)
+        else:
+            best = problem.best_of(children, len(parents) - self.elite)
+        return Population(children[best.places], best.values)
 
     def constants(self, kind: Literal["binary", "real"]) -> Constants:
         """The paper's for this kind of encoding, except those that are given."""

@@ -9,7 +9,7 @@ import click
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from springopt.run import Run
+    from springopt.run import LooseSelections, Run
 
 USUAL, WIDEST = 160, 240  # characters of a line
 
@@ -28,6 +28,8 @@ def print_run(run: Run, floor: str | None = None) -> None:
         f"({run.processor_seconds:.1f} s of processor time, {run.solving_seconds:.1f} s of it solving); "
         f"stopped by: {run.why_stopped}"
     )
+    if run.loose_selections:
+        click.echo(_told(run.loose_selections))
     print_table(errors_table(run.errors))
     print_table(classes_table(run.classes))
     if run.parameters:
@@ -36,6 +38,13 @@ def print_run(run: Run, floor: str | None = None) -> None:
         print_table(front_table(run.front, len(run.stiffness)))
     if run.run:
         click.echo(f"Run file: {run.run}")
+
+
+def _told(loose: LooseSelections) -> str:
+    return (
+        f"{loose.made:,} selections by tolerances up to {loose.loosest_tolerance:g}; {loose.compared:,} of them were "
+        f"compared with the scene's own, and {loose.differed:,} differed"
+    )
 
 
 def print_table(table: Table) -> None:

@@ -45,6 +45,12 @@ DEFAULT_OPTIMIZER = "paper-ga"
     show_default=True,
     help="That share the forward solves of a batch; the result is the same to the bit.",
 )
+@click.option(
+    "--loosest-tolerance",
+    type=float,
+    metavar="TOLERANCE",
+    help="Up to which solves may be loose while the values of a batch are spread, as 1e-3.  [default: the scene's own]",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of tables.")
 @click.pass_context
 def command(ctx: click.Context, /, resumed: str | None, threads: int, as_json: bool, **order: Any) -> int:
@@ -75,6 +81,7 @@ def _solve(
     seed: int,
     out: str | None,
     threads: int,
+    loosest_tolerance: float | None,
     **limits: int | float | None,
 ) -> Run:
     from springopt.runner import solve
@@ -92,6 +99,7 @@ def _solve(
             options=options,
             out=path,
             threads=threads,
+            loosest_tolerance=loosest_tolerance,
             progress=progress,
             **limits,  # type: ignore[arg-type]
         )

@@ -1,7 +1,7 @@
 """All candidates under all load cases: grouped by their supports, every group handed to the engine that suits it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -34,6 +34,17 @@ class Group:
     work: NDArray[np.float64]  #: of the forces that supports take up, on their prescribed way, shape (g,)
     prescribed: NDArray[np.float64]  #: shape (g, n d)
     times: NDArray[np.float64]  #: when a motion is looked at, shape (g, t); without times (g, 0)
+
+    def part(self, few: slice) -> "Group":
+        """Some of its load cases alone, numbered from 0; the plan and the engine are the same."""
+        return replace(
+            self,
+            cases=np.arange(len(self.cases[few])),
+            forces=self.forces[few],
+            work=self.work[few],
+            prescribed=self.prescribed[few],
+            times=self.times[few],
+        )
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from springopt.testing.cliff import Cliff
 from springopt.testing.effect_checks import EFFECT_CHECKS, check_effect, examine_effect
 from springopt.testing.optimizer_checks import CHECKS, check_optimizer, examine
 from springopt.testing.tape import Tape
+from springopt.testing.unraced import Unraced
 from springopt.testing.verdict import Finding, NotJudged
 
 __all__ = [
@@ -16,6 +17,7 @@ __all__ = [
     "Finding",
     "NotJudged",
     "Tape",
+    "Unraced",
     "check_effect",
     "check_optimizer",
     "examine",

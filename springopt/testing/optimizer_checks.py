@@ -105,7 +105,7 @@ def check_keeps_to_its_budget(optimizer: Subject) -> None:
             "does and `except BaseException` does not, and come to an end also if nothing improves.",
         )
         judged(trial)
-        uncounted = task.equilibria_sought - before - trial.answer_count * task.training_case_count
+        uncounted = task.equilibria_sought - before - trial.solves_recorded
         require(
             uncounted <= 0,
             f"{ready.name} sought {uncounted} equilibria past the budget of {task.title}; "

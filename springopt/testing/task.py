@@ -38,10 +38,6 @@ class Task:
         return replace(self, objective=replace(self.objective, model=replace(self.objective.model, threads=count)))
 
     @property
-    def training_case_count(self) -> int:
-        return sum(case.role == "train" for case in self.objective.cases)
-
-    @property
     def equilibria_sought(self) -> int:
         """By whatever way, since the task was made; 0 without physics."""
         return sum(self.objective.model.sought) if "objective" in self.supplies else 0

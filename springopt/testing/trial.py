@@ -46,9 +46,10 @@ class Trial:
         return isinstance(self.error, UserError) and not self.problem.asked
 
     @property
-    def answer_count(self) -> int:
-        """How many candidates were answered for, by values or with derivatives."""
-        return sum(answer.kind != "budget_left" for answer in self.tape.answers)
+    def solves_recorded(self) -> int:
+        """Equilibria that its answers took, by values or with derivatives."""
+        each = sum(case.role == "train" for case in self.problem.objective.cases)
+        return sum(answer.solves(each) for answer in self.tape.answers if answer.kind != "budget_left")
 
     @property
     def journal(self) -> list[tuple[Any, ...]]:

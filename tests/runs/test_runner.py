@@ -34,7 +34,8 @@ class TestSolve:
     def test_a_run_tells_everything_about_itself(self, scene):
         run = solve(scene, "random-search", seed=3)
         assert (run.scene, run.optimizer, run.options, run.seed) == ("nine", "random-search", {"batch": 16}, 3)
-        assert (run.evaluations, run.solves, run.why_stopped, run.complete) == (48, 96, "budget", True)
+        assert (run.evaluations, run.why_stopped, run.complete) == (48, "budget", True)
+        assert 48 < run.solves < 96  # of two load cases the second was solved where the first one left a doubt
         assert run.run is None
         assert run.objective == min(improvement.value for improvement in run.history)
         assert [(error["name"], error["role"]) for error in run.errors] == [

@@ -5,11 +5,12 @@ import math
 
 import numpy as np
 import pytest
-from springopt_annealing import CHANGES, CYCLE, PROPOSALS, Annealing, Walk, chance, cooled
+from springopt_annealing import CHANGES, CYCLE, PROPOSALS, Annealing, Walk, chance, cooled, highest
 
 import springopt as so
-from springopt.testing import CHECKS, Bowl, Box
+from springopt.testing import CHECKS, Bowl, Box, Unraced
 from springopt.testing.optimizer_checks import check_stays_in_the_box
+from springopt.testing.small_grid import binary_grid, real_grid
 
 
 def minimized(optimizer: Annealing, kind: str = "real", **limits: float) -> so.Problem:
@@ -60,6 +61,27 @@ def test_it_finds_numbers_also_at_the_ends_of_the_interval():
 )
 def test_a_worse_point_is_accepted_as_the_temperature_allows(change, temperature, expected):
     assert chance(change, temperature) == expected
+
+
+@pytest.mark.parametrize("temperature", [0.0, 1e-9, 0.3, 1e6])
+def test_whatever_is_accepted_is_no_higher_than_what_is_raced_against(temperature):
+    rng = np.random.default_rng(0)
+    for drawn in (0.0, *rng.random(1000)):
+        edge = highest(2.0, temperature, drawn)
+        for value in (2.0, edge, np.nextafter(edge, np.inf), 2.0 + rng.exponential(max(temperature, 1.0))):
+            assert value <= edge or not drawn < chance(value - 2.0, temperature)
+
+
+@pytest.mark.parametrize("grid", [real_grid, binary_grid])
+def test_raced_or_not_a_run_is_the_same_to_the_bit(grid):
+    ends = []
+    for cls in (so.Problem, Unraced):
+        problem = cls(*grid(), so.Budget(evaluations=800))
+        with contextlib.suppress(so.BudgetSpent):
+            Annealing().minimize(problem, np.random.default_rng(1))
+        history = [(each.evaluations, each.value) for each in problem.meter.history]
+        ends.append((history, problem.best_point.tolist(), repr(problem.notes)))
+    assert ends[0] == ends[1]
 
 
 def test_within_a_budget_the_cooling_ends_with_it():

@@ -9,8 +9,9 @@ from springopt_paper_ga import CROSSOVERS, LIMITS, MUTATIONS, SELECTIONS, SURVIV
 
 import springopt as so
 from springopt.budget import Budget
-from springopt.testing import CHECKS, Bowl, Box
+from springopt.testing import CHECKS, Bowl, Box, Unraced
 from springopt.testing.optimizer_checks import check_resumes_exactly, check_stays_in_the_box
+from springopt.testing.small_grid import binary_grid, real_grid
 
 READINGS = [
     *({"selection": selection} for selection in SELECTIONS),
@@ -209,6 +210,19 @@ def test_survivors_are_the_best_that_may_survive_and_among_equals_children(survi
     numbers = after.points[:, 0].astype(int)
     assert [names[number] for number in numbers] == survivors
     assert after.values.tolist() == values[numbers].tolist()
+
+
+@pytest.mark.parametrize("survival", SURVIVALS)
+@pytest.mark.parametrize("grid", [real_grid, binary_grid])
+def test_raced_or_not_a_run_is_the_same_to_the_bit(grid, survival):
+    optimizer, ends = PaperGA(population=8, survival=survival), []
+    for cls in (so.Problem, Unraced):
+        problem = cls(*grid(), Budget(evaluations=600))
+        with contextlib.suppress(so.BudgetSpent):
+            optimizer.minimize(problem, np.random.default_rng(1))
+        by_generation = {(each.evaluations - 1) // 8: each.value for each in problem.meter.history}
+        ends.append((by_generation, problem.best_point.tolist(), repr(problem.notes), problem.meter.evaluations))
+    assert ends[0] == ends[1]
 
 
 @pytest.mark.parametrize(

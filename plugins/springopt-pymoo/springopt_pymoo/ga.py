@@ -29,7 +29,7 @@ class GA(Optimizer):
         from pymoo.algorithms.soo.nonconvex import ga
 
         from springopt_pymoo.operators import binary_operators, real_operators
-        from springopt_pymoo.search import Scene, first_generation, search
+        from springopt_pymoo.search import Survivors, first_generation, search
 
         is_binary = problem.kind == "binary"
         operators = binary_operators() if is_binary else real_operators(self.crossover_eta, self.mutation_eta)
@@ -39,4 +39,4 @@ class GA(Optimizer):
             sampling=first_generation(problem, rng, self.population),
             **operators,
         )
-        search(algorithm, Scene(problem), rng)
+        search(algorithm, Survivors(problem), rng)

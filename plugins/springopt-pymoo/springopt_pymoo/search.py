@@ -37,6 +37,21 @@ class Scene(PymooProblem):
         return individuals
 
 
+class Survivors(Scene):
+    """A scene whose children need a value only if they are among the best of parents and children, who live on."""
+
+    def __init__(self, problem: Problem) -> None:
+        super().__init__(problem, requires_kwargs=True)  # the algorithm, with its parents
+
+    def _evaluate(self, individuals: Any, out: dict[str, Any], *args: Any, algorithm: Any, **kwargs: Any) -> None:
+        points = self.points(individuals)
+        parents = np.array([parent.F[0] for parent in algorithm.pop])
+        best = self.problem.best_of(points, algorithm.pop_size, rivals=parents)
+        values = np.full((len(points), 1), np.inf)
+        values[best.places, 0] = best.values
+        out["F"] = values
+
+
 def search(algorithm: Algorithm, scene: Scene, rng: np.random.Generator) -> None:
     """Generation after generation until the budget is spent, or until pymoo finds nothing new to ask.
 

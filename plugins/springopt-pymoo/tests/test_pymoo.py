@@ -14,12 +14,13 @@ from springopt_pymoo.pso import PSO
 import springopt as so
 from springopt.budget import Budget
 from springopt.forward.status import MECHANISM
-from springopt.testing import Bowl, Box, Tape, check_optimizer
+from springopt.testing import Bowl, Box, Tape, Unraced, check_optimizer
 from springopt.testing.optimizer_checks import (
     check_runs_to_its_end,
     check_same_seed_same_journal,
     check_stays_in_the_box,
 )
+from springopt.testing.small_grid import binary_grid, real_grid
 
 OPTIMIZERS = [CMAES, DE, GA, MixedGA, NSGA2, PSO]
 BINARY = [GA, MixedGA, NSGA2]
@@ -189,3 +190,17 @@ def test_an_option_outside_its_range_is_refused_in_one_sentence(optimizer, optio
     ((name, value),) = options.items()
     with pytest.raises(so.UserError, match=rf"option {name} of {optimizer.name} lies in \[.*\], not at {value}"):
         optimizer(**options)
+
+
+@pytest.mark.parametrize("grid", [real_grid, binary_grid])
+def test_raced_or_not_the_genetic_algorithm_is_the_same_to_the_bit(grid):
+    ends = []
+    for cls in (so.Problem, Unraced):
+        tape = Tape()
+        problem = cls(*grid(), Budget(evaluations=600), tape)
+        with contextlib.suppress(so.BudgetSpent):
+            GA(population=10).minimize(problem, np.random.default_rng(1))
+        ends.append(([answer.question for answer in tape.answers], problem.best_point.tolist(), problem.best_value))
+        solves = problem.meter.solves
+    assert ends[0] == ends[1]
+    assert solves == 4 * 600
