@@ -1,5 +1,6 @@
 """The axis of optimizers: shares of the time, what is left of the way, and who fails or is left out."""
 
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,9 +13,10 @@ from springopt.analysis.way import Way
 from springopt.run import Improvement
 from springopt.scene import load_scene
 from springopt.tradeoff.axes.optimizer import AXIS, scale
+from springopt.tradeoff.axes.optimizer.entrants import entrants_of
 from springopt.tradeoff.axes.optimizer.places import name_of, places_of, seconds_of, without_repeats
 from springopt.tradeoff.axes.optimizer.records import MOST_IMPROVEMENTS, thinned
-from springopt.tradeoff.axes.optimizer.runs import LEAST_SEEDS, Attempt
+from springopt.tradeoff.axes.optimizer.runs import LEAST_SEEDS, Attempt, race
 from springopt.tradeoff.point import Request
 
 DATA = Path(__file__).parents[1] / "data"
@@ -114,6 +116,13 @@ def test_a_scene_states_a_run_by_options_and_a_budget(monkeypatch, nine):
     found = AXIS.measure(nine, Request(2.0))
     (stated,) = (point for point in found.points if point.is_stated)
     assert stated is of_series(found, "random-search")[-1]
+
+
+def test_optimizers_for_which_others_left_no_time_are_named(nine):
+    entrants, _ = entrants_of(nine, ["random-search"])
+    raced = race(nine, entrants, seed=0, until=time.perf_counter() - 1.0, limit=0.1, progress=None)
+    assert raced.not_begun == ["random-search"]
+    assert not raced.attempts
 
 
 def attempt(ends, *, is_cut, first=0.003):

@@ -36,9 +36,12 @@ CHOICES: Mapping[str, Mapping[str, Any]] = {
     "paper-ga": {},
     "random-search": {},
 }
+#: Numbers in a Jacobian beyond which one step by it takes seconds, in which l-bfgs-b makes many.
+LARGE = 10**7
 LEAST_SEEDS = 2
 MOST_SEEDS = 15
 SHORTEST = 0.05  # seconds of a run
+PATIENCE = 3  # times the share of a run whose evaluations are limited
 TRIAL = 32  # candidates by which the pace is told
 EVALUATIONS = 10_000  # where a scene limits none
 
@@ -83,7 +86,7 @@ def choose_method(largest: Setup, seconds: float) -> Method:
     """
     problem = Problem(largest.objective, largest.encoding, Budget(evaluations=1))
     for name in CHOICES:
-        if name not in installed():
+        if name not in installed() or (name == "gauss-newton" and _jacobian_size(largest) > LARGE):
             continue
         kind, stated = load_optimizer(name), largest.scene.optimizer_options(name)
         optimizer = make_optimizer(kind, {**CHOICES[name], **stated})
@@ -133,6 +136,8 @@ def identify(
 
 def _identify(chosen: CaseSet, method: Method, limit: float, seed: int) -> Identification:
     setup = chosen.setup
+    # Runs of so many evaluations are only cut where their pace was told quite wrong, or sets would differ in effort.
+    limit *= 1 if method.evaluations is None else PATIENCE
     wall, processor = time.perf_counter(), time.process_time()
     try:
         run = solve(
@@ -168,6 +173,11 @@ def _errors_in_tests(setup: Setup, run: Run) -> tuple[Floats, str]:
     lost = [f"{case.name}: {status}" for case, status in zip(cases, solution.status, strict=True)]
     why = ", ".join(words for words, is_there in zip(lost, found, strict=True) if not is_there)
     return np.where(found, errors, np.inf), why
+
+
+def _jacobian_size(setup: Setup) -> int:
+    training = sum(case.role == "train" for case in setup.cases)
+    return training * setup.reference_positions[0].size * setup.encoding.size
 
 
 def _affordable(largest: Setup, seconds: float) -> int:

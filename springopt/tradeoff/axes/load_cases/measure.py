@@ -36,6 +36,7 @@ from springopt.tradeoff.point import Findings, Point, Request
 LEAST_SHARE = 0.25  # of the seconds: what the design leaves at least for runs
 HELPS = 0.9  # a factor of the error from which more load cases are worth it
 MOST_NAMES = 5  # of picks, in a sentence
+MOST_WORK = 1e10  # residuals of all sets times squared unknowns: some 5 s of singular values
 
 
 def why_missing(scene: Scene) -> str | None:
@@ -128,6 +129,9 @@ def _unidentified(setup: Setup, sets: Sequence[CaseSet]) -> dict[int, int]:
 
     At the point of `choose_point`, from the Jacobians of all load cases, each of which is made once.
     """
+    residuals = sum(each.count for each in sets) * setup.reference_positions[0].size
+    if residuals * setup.encoding.size**2 > MOST_WORK:
+        return {}
     cases: dict[str, LoadCase] = {case.name: case for each in sets for case in each.training}
     try:
         objective = objective_of(setup.objective, list(cases.values()))

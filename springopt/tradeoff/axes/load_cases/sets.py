@@ -22,8 +22,8 @@ GIVEN, DESIGNED = "as given", "designed"
 COUNTS = (1, 2, 4, 6, 8, 12, 16, 24, 32, 48)
 FEW = 4  # given load cases: of more, a single one is not worth a setting
 LARGEST_FACTOR, LEAST_DESIGNED = 1.5, 4  # so many more than are given are designed, and so many at least
-#: Candidates times picks times cubed unknowns: some 5 s of eigenvalues.
-MOST_WORK = 1e10
+#: Candidates times picks times cubed unknowns: some 5 s of eigenvalues; and what even few candidates may take.
+MOST_WORK, TOO_MUCH_WORK = 1e10, 5e10
 PARALLEL = 1e-9  # of forces: what is left when one is taken off the other, over its size
 
 
@@ -88,11 +88,18 @@ def run_design(setup: Setup) -> Design:
 
     No generated one is a load case of the scene, training or test, at another size of its load. Sensitivities are those
     at the analytic start or, where there is none, in the middle of the box: what is known before identification.
+
+    Raises UserError where there are too many unknowns, or no derivatives.
     """
     training = [number for number, case in enumerate(setup.cases) if case.role == "train"]
     point = _point(setup)
     most = max(int(LARGEST_FACTOR * len(training)), LEAST_DESIGNED)
     wanted = _counts(len(training), most)[-1] - 1
+    if 2 * wanted**2 * setup.encoding.size**3 > TOO_MUCH_WORK:
+        raise UserError(
+            f"{setup.encoding.size:,} unknowns are too many for a design of {wanted} load cases in reasonable time; "
+            "choose a coarser lattice."
+        )
     candidates = _candidates(setup, point, wanted)
     if not candidates:
         return Design(point.said, [], 0, [])

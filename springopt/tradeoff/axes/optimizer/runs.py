@@ -45,6 +45,7 @@ class Raced:
     attempts: Sequence[Attempt]
     refused: dict[str, str]  #: why an optimizer that had begun can't serve, by name
     limit: float  #: seconds on the wall that a run had
+    not_begun: Sequence[str] = ()  #: optimizers for which others left no time
 
     def of(self, optimizer: str) -> list[Attempt]:
         return [attempt for attempt in self.attempts if attempt.optimizer == optimizer]
@@ -55,7 +56,8 @@ def race(
 ) -> Raced:
     """Runs with a limit of seconds on the wall, in rounds until that time of `time.perf_counter`.
 
-    The first round is always complete. An optimizer that fails does not run again: it would fail again.
+    The first round is complete, unless single steps of some take so long that twice the time is over. An optimizer
+    that fails does not run again: it would fail again.
 
     Args:
         seed: of the first round, others count on from there.
@@ -64,12 +66,13 @@ def race(
     refused: dict[str, str] = {}
     rng = np.random.default_rng(seed)
     left = list(entrants)
+    latest = until + (until - time.perf_counter())
     for round_number in range(MOST_SEEDS):
         for number in rng.permutation(len(left)):
             entrant = left[number]
             # One that spends all of its limit begins nothing that it can't end.
             expected = max((a.wall for a in attempts if a.optimizer == entrant.name), default=0.0)
-            if round_number and time.perf_counter() + 0.5 * expected >= until:
+            if time.perf_counter() + 0.5 * expected >= (until if round_number else latest):
                 continue
             try:
                 attempts.append(_attempt(setup, entrant, seed + round_number, limit))
@@ -82,7 +85,8 @@ def race(
         left = [entrant for entrant in left if entrant.name not in out]
         if time.perf_counter() >= until:
             break
-    return Raced(attempts, refused, limit)
+    begun = {attempt.optimizer for attempt in attempts} | set(refused)
+    return Raced(attempts, refused, limit, [entrant.name for entrant in entrants if entrant.name not in begun])
 
 
 def _attempt(setup: Setup, entrant: Entrant, seed: int, limit: float) -> Attempt:

@@ -26,12 +26,14 @@ def notes_on(raced: Raced, points: Sequence[Point], way: Way, least: float, refu
     if any(attempt.run for attempt in attempts):
         said.append(_first_below(attempts, way))
     if any((point.errors <= least).any() for point in points):
-        said.append(f"Errors are not below {least:.1g}: the forward solve's tolerance can't tell less from zero.")
+        said.append(f"Errors are not below {least:.2g}: the forward solve's tolerance can't tell less from zero.")
     if any(attempt.is_cut for attempt in attempts):
         said.append(
             f"Each run was given {raced.limit:.2g} s on the wall: what plans for all of them may be worse on its way "
             "than it would be with fewer."
         )
+    if raced.not_begun:
+        said.append(f"Others left no time for {', '.join(raced.not_begun)}: give more --seconds.")
     return said + say_refused(refused)
 
 
