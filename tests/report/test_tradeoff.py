@@ -2,6 +2,7 @@
 
 import re
 from html.parser import HTMLParser
+from io import BytesIO
 
 import pytest
 
@@ -117,7 +118,9 @@ def test_settings_that_are_choices_are_not_joined():
 
 def test_an_axis_without_any_answer_can_be_drawn():
     nothing = AXIS | {"points": [point("a", "b", None, 1.0)], "price_of_a_digit": None, "marks": {}}
-    assert draw_tradeoff(nothing).axes[0].collections
+    figure = draw_tradeoff(nothing)
+    assert figure.axes[0].collections
+    figure.savefig(BytesIO())
 
 
 def test_the_table_has_a_row_a_setting_and_says_what_is_special():

@@ -17,6 +17,7 @@ from springopt.tradeoff.axes.optimizer.entrants import entrants_of
 from springopt.tradeoff.axes.optimizer.places import name_of, places_of, seconds_of, without_repeats
 from springopt.tradeoff.axes.optimizer.records import MOST_IMPROVEMENTS, thinned
 from springopt.tradeoff.axes.optimizer.runs import LEAST_SEEDS, Attempt, race
+from springopt.tradeoff.axes.optimizer.said import notes_on
 from springopt.tradeoff.point import Request
 
 DATA = Path(__file__).parents[1] / "data"
@@ -118,11 +119,12 @@ def test_a_scene_states_a_run_by_options_and_a_budget(monkeypatch, nine):
     assert stated is of_series(found, "random-search")[-1]
 
 
-def test_optimizers_for_which_others_left_no_time_are_named(nine):
+def test_the_first_round_is_complete_and_steps_that_no_clock_ends_are_told(nine):
     entrants, _ = entrants_of(nine, ["random-search"])
     raced = race(nine, entrants, seed=0, until=time.perf_counter() - 1.0, limit=0.1, progress=None)
-    assert raced.not_begun == ["random-search"]
-    assert not raced.attempts
+    assert [each.optimizer for each in raced.attempts] == ["random-search"]
+    late = replace(raced, attempts=[replace(raced.attempts[0], wall=9.0)])
+    assert any("Single steps of random-search" in note for note in notes_on(late, [], Way(1.0, "it", 0.0, True), 1, {}))
 
 
 def attempt(ends, *, is_cut, first=0.003):

@@ -67,7 +67,8 @@ def _draw_panel(
         if of_series:
             _draw_series(axes, name, of_series, bottom, fmt=f"{marker}{_line(axis, of_series)}", color=colour)
     _draw_front(axes, points, bottom)
-    axes.set(xscale="log", yscale="log")
+    # Without any error there is nothing to be on a logarithmic scale, which is an error when it is drawn.
+    axes.set(xscale="log", yscale="log" if any(point["error"] for point in points) else "linear")
     _show_all_times(axes, points)
     _draw_failures(axes, points, series)
     _name_points(axes, points, bottom)

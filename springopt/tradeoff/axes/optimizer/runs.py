@@ -45,7 +45,6 @@ class Raced:
     attempts: Sequence[Attempt]
     refused: dict[str, str]  #: why an optimizer that had begun can't serve, by name
     limit: float  #: seconds on the wall that a run had
-    not_begun: Sequence[str] = ()  #: optimizers for which others left no time
 
     def of(self, optimizer: str) -> list[Attempt]:
         return [attempt for attempt in self.attempts if attempt.optimizer == optimizer]
@@ -56,8 +55,7 @@ def race(
 ) -> Raced:
     """Runs with a limit of seconds on the wall, in rounds until that time of `time.perf_counter`.
 
-    The first round is complete, unless single steps of some take so long that twice the time is over. An optimizer
-    that fails does not run again: it would fail again.
+    The first round is always complete. An optimizer that fails does not run again: it would fail again.
 
     Args:
         seed: of the first round, others count on from there.
@@ -66,13 +64,12 @@ def race(
     refused: dict[str, str] = {}
     rng = np.random.default_rng(seed)
     left = list(entrants)
-    latest = until + (until - time.perf_counter())
     for round_number in range(MOST_SEEDS):
         for number in rng.permutation(len(left)):
             entrant = left[number]
             # One that spends all of its limit begins nothing that it can't end.
             expected = max((a.wall for a in attempts if a.optimizer == entrant.name), default=0.0)
-            if time.perf_counter() + 0.5 * expected >= (until if round_number else latest):
+            if round_number and time.perf_counter() + 0.5 * expected >= until:
                 continue
             try:
                 attempts.append(_attempt(setup, entrant, seed + round_number, limit))
@@ -85,8 +82,7 @@ def race(
         left = [entrant for entrant in left if entrant.name not in out]
         if time.perf_counter() >= until:
             break
-    begun = {attempt.optimizer for attempt in attempts} | set(refused)
-    return Raced(attempts, refused, limit, [entrant.name for entrant in entrants if entrant.name not in begun])
+    return Raced(attempts, refused, limit)
 
 
 def _attempt(setup: Setup, entrant: Entrant, seed: int, limit: float) -> Attempt:

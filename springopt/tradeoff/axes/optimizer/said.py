@@ -12,6 +12,7 @@ from springopt.tradeoff.axes.optimizer.places import name_of
 from springopt.tradeoff.axes.optimizer.runs import Attempt, Raced
 from springopt.tradeoff.point import Point
 
+LATE = 5  # times its limit that a run takes to be called late
 EXPONENTS = (1, 2, 3, 4, 5, 6)  # of targets, as negative powers of ten
 
 
@@ -32,8 +33,9 @@ def notes_on(raced: Raced, points: Sequence[Point], way: Way, least: float, refu
             f"Each run was given {raced.limit:.2g} s on the wall: what plans for all of them may be worse on its way "
             "than it would be with fewer."
         )
-    if raced.not_begun:
-        said.append(f"Others left no time for {', '.join(raced.not_begun)}: give more --seconds.")
+    slow = {attempt.optimizer for attempt in attempts if attempt.wall > max(LATE * raced.limit, 1.0)}
+    if slow:
+        said.append(f"Single steps of {', '.join(sorted(slow))} take longer than that, and no clock ends a step.")
     return said + say_refused(refused)
 
 
