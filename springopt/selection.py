@@ -18,9 +18,9 @@ from springopt.recorder import Outcome
 # What takes how long is told in eights of equilibria, since so many are found at a time and a few take as long. Beside
 # them, on scenes as small as the paper's, the equilibria of a stage take one more, and the stage of a race another bit.
 CALL, TOLL = 1.0, 0.7
-BLOCK = 80  # eights over which it is judged whether races pay
+BLOCK = 200  # eights over which it is judged whether races pay
 WORTH = 0.1  # share of them that races must save
-FIRST_PAUSE, LONGEST_PAUSE = 2, 256  # blocks
+FIRST_PAUSE, LONGEST_PAUSE = 2, 16  # blocks; what pays may change on the way
 
 
 @dataclass

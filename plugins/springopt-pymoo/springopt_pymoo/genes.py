@@ -10,10 +10,10 @@ from pymoo.core.variable import Binary, Real
 
 from springopt.checks import Floats
 from springopt.problem import Problem
-from springopt_pymoo.search import Scene
+from springopt_pymoo.search import Survivors
 
 
-class Genes(Scene):
+class Genes(Survivors):
     """Bits of a binary box; of a real one the numbers, and a bit beside each that may be 0: its spring is there.
 
     Their names are ("number", i) and ("bit", i).

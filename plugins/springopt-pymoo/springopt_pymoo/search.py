@@ -40,8 +40,8 @@ class Scene(PymooProblem):
 class Survivors(Scene):
     """A scene whose children need a value only if they are among the best of parents and children, who live on."""
 
-    def __init__(self, problem: Problem) -> None:
-        super().__init__(problem, requires_kwargs=True)  # the algorithm, with its parents
+    def __init__(self, problem: Problem, **facts: Any) -> None:
+        super().__init__(problem, requires_kwargs=True, **facts)  # the algorithm, with its parents
 
     def _evaluate(self, individuals: Any, out: dict[str, Any], *args: Any, algorithm: Any, **kwargs: Any) -> None:
         points = self.points(individuals)

@@ -192,14 +192,15 @@ def test_an_option_outside_its_range_is_refused_in_one_sentence(optimizer, optio
         optimizer(**options)
 
 
+@pytest.mark.parametrize("optimizer", [GA(population=10), MixedGA(population=10)])
 @pytest.mark.parametrize("grid", [real_grid, binary_grid])
-def test_raced_or_not_the_genetic_algorithm_is_the_same_to_the_bit(grid):
+def test_raced_or_not_genetic_algorithms_are_the_same_to_the_bit(grid, optimizer):
     ends = []
     for cls in (so.Problem, Unraced):
         tape = Tape()
         problem = cls(*grid(), Budget(evaluations=600), tape)
         with contextlib.suppress(so.BudgetSpent):
-            GA(population=10).minimize(problem, np.random.default_rng(1))
+            optimizer.minimize(problem, np.random.default_rng(1))
         ends.append(([answer.question for answer in tape.answers], problem.best_point.tolist(), problem.best_value))
         solves = problem.meter.solves
     assert ends[0] == ends[1]
