@@ -12,6 +12,7 @@ from springopt.tradeoff.interval import CONFIDENCE, Interval
 from springopt.tradeoff.point import Point
 
 RESAMPLES = 1000
+OUT_OF_REACH = 1_000
 LEAST_DIGITS = 0.3  # a factor of two: less is no digit to speak of
 
 
@@ -35,7 +36,9 @@ class Price:
 
     @property
     def said(self) -> str:
-        """As in "one digit more costs 3.1 times (2.6 to 3.8)"."""
+        """As in "one digit more costs 3.1 times (2.6 to 3.8)"; of a series that hardly moves that it is out of reach."""
+        if self.factor.value > OUT_OF_REACH:
+            return f"one digit more is out of reach: it would cost more than {OUT_OF_REACH:,} times"
         value, low, high = (f"{number:.3g}" for number in (self.factor.value, self.factor.low, self.factor.high))
         return f"one digit more costs {value} times ({low} to {high})"
 

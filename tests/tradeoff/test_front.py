@@ -49,6 +49,12 @@ def test_the_price_is_the_factor_of_time_for_a_tenth_of_the_error(factor):
     assert price.said.startswith(f"one digit more costs {factor:.3g} times (")
 
 
+def test_a_series_that_hardly_moves_has_no_price_to_believe():
+    price = price_of_a_digit([point(1e-1, 1.0), point(0.4e-1, 100.0)])
+    assert price.factor.value == pytest.approx(1.05e5, rel=0.01)
+    assert price.said == "one digit more is out of reach: it would cost more than 1,000 times"
+
+
 def test_its_interval_is_wider_where_repeats_differ_and_holds_the_factor():
     exact, noisy = (
         price_of_a_digit([point(10.0**-digits, 2.0**digits, spread=spread) for digits in range(4)])
