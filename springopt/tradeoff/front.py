@@ -36,7 +36,7 @@ class Price:
 
     @property
     def said(self) -> str:
-        """As in "one digit more costs 3.1 times (2.6 to 3.8)"; of a series that hardly moves that it is out of reach."""
+        """As in "one digit more costs 3.1 times (2.6 to 3.8)"; what nobody would pay is out of reach."""
         if self.factor.value > OUT_OF_REACH:
             return f"one digit more is out of reach: it would cost more than {OUT_OF_REACH:,} times"
         value, low, high = (f"{number:.3g}" for number in (self.factor.value, self.factor.low, self.factor.high))
