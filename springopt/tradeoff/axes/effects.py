@@ -34,22 +34,26 @@ def _measure(setup: Setup, request: Request) -> Findings:
     whole = Variant(EVERYTHING, setup.model, candidate_at(setup, point))
     variants, left_out = variants_of(setup, whole)
     known = _known(setup, whole)
-    settings = [_setting(setup, variant, known) for variant in (whole, *variants)]
+    engines = _engines(setup, whole)
+    copies = LANE_COUNT if engines == {"lanes"} else 1  # the same for all, so that none has emptier lanes
+    settings = [_setting(setup, variant, known, copies) for variant in (whole, *variants)]
     notes = [f"Measured {point.said}.", *(f"{name} stays: {why}." for name, why in left_out.items())]
     return Findings(measure_settings(settings, request), notes=notes)
 
 
 def _known(setup: Setup, whole: Variant) -> Floats:
     """Positions with everything [length], shape (c, ..., n, d), by another engine than the one that is timed."""
-    usual = {group.choice.engine for group in whole.model.groups(setup.cases)}
-    other = replace(whole.model, engine="sparse" if usual == {"lanes"} else "lanes")
+    other = replace(whole.model, engine="sparse" if _engines(setup, whole) == {"lanes"} else "lanes")
     return other.solve(whole.candidate, setup.cases, TIGHT).positions
 
 
-def _setting(setup: Setup, variant: Variant, known: Floats) -> Setting:
+def _engines(setup: Setup, whole: Variant) -> set[str]:
+    return {group.choice.engine for group in whole.model.groups(setup.cases)}
+
+
+def _setting(setup: Setup, variant: Variant, known: Floats, copies: int) -> Setting:
     model, candidates = variant.model.candidates(variant.candidate, axes=1)
     groups = model.groups(setup.cases)
-    copies = LANE_COUNT if all(group.choice.engine == "lanes" for group in groups) else 1
     repeated = candidates.repeat(copies, axis=0)
 
     def run() -> Equilibria | Motions:
@@ -88,4 +92,5 @@ AXIS = Axis(
     missing=_missing,
     measure=_measure,
     is_graded=False,
+    is_part=False,  # what is off with everything is the solver's
 )
