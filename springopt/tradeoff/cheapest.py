@@ -76,7 +76,8 @@ def find_cheapest(
 
 def _run_again(setup: Setup, measured: Measured, point: Point, seconds: float) -> Point | None:
     wanted = (point.series, point.name)
-    request = Request(seconds, seed=VERIFYING_SEED, only=frozenset([wanted]))
+    before = measured.findings.numbers
+    request = Request(seconds, seed=VERIFYING_SEED, only=frozenset([wanted]), before=before)
     found = measured.axis.measure(setup, request).points
     return next((again for again in found if (again.series, again.name) == wanted and again.error is not None), None)
 

@@ -23,6 +23,7 @@ def test_the_cheapest_that_is_accurate_enough_is_run_again(target, name):
     assert answer.verified.name == name
     assert asked[-1].only == {("s", name)}
     assert asked[-1].seed != asked[0].seed
+    assert asked[-1].before == found.findings.numbers == {"words": 1}
     assert f"the cheapest setting that keeps an error of {target:.3g} is s, {name}" in answer.said
 
 
