@@ -52,6 +52,6 @@ def _saving(measured: Measured, stated: Point, most: float) -> str | None:
     if share > 1.0 - WORTH:
         return None
     return (
-        f"{measured.axis.name}: {cheapest.series}, {cheapest.name} would do (its error is below {UNSEEN:.0%} of that) "
+        f"{measured.axis.name}: {measured.call(cheapest)} would do (its error is below {UNSEEN:.0%} of that) "
         f"and takes {share:.2g} of the time."
     )

@@ -48,6 +48,10 @@ class Measured:
         """What the scene states, where it has an error."""
         return next((point for point in self._together if point.is_stated and point.error is not None), None)
 
+    def call(self, point: Point) -> str:
+        """Its setting in a sentence: as in "exact, lanes, tolerance 1e-4", or "without gravity"."""
+        return f"{point.series}{', ' if self.axis.is_graded else ' '}{point.name}"
+
     @property
     def _together(self) -> list[Point]:
         """Those that one truth judges."""

@@ -87,7 +87,7 @@ def test_nothing_is_spent_on_an_axis_without_grades_but_it_may_save():
     effects = axis_of(choices, name="effects", is_graded=False)[0]
     assert advise(found_of(effects, model)) == [
         "As the scene states it, positions are off by 0.1 (model) of the displacements.",
-        "effects: s, gravity would do (its error is below 1% of that) and takes 0.5 of the time.",
+        "effects: s gravity would do (its error is below 1% of that) and takes 0.5 of the time.",
     ]
 
 
