@@ -37,7 +37,9 @@ class Price:
     def said(self) -> str:
         """As in "one digit more costs 3.1 times (2.6 to 3.8)"."""
         value, low, high = (f"{number:.3g}" for number in (self.factor.value, self.factor.low, self.factor.high))
-        return f"one digit more costs {value} times ({low} to {high})"
+        # Of single repeats all resamples are the same.
+        interval = "too few repeats for an interval" if self.factor.low == self.factor.high else f"{low} to {high}"
+        return f"one digit more costs {value} times ({interval})"
 
 
 def price_of_a_digit(points: Sequence[Point]) -> Price | None:

@@ -82,3 +82,10 @@ def test_points_whose_repeats_overlap_have_no_price_or_a_finite_one(seed):
     ]
     price = price_of_a_digit(points)
     assert price is None or 1.0 < price.factor.low <= price.factor.value <= price.factor.high < 1e12
+
+
+def test_single_repeats_tell_no_interval():
+    points = [
+        Point("s", "a", np.array([error]), np.array([time]), np.array([time])) for error, time in [(1, 1), (0.1, 2)]
+    ]
+    assert price_of_a_digit(points).said == "one digit more costs 2 times (too few repeats for an interval)"
