@@ -26,13 +26,15 @@ def advise(tradeoff: Tradeoff) -> list[str]:
     if not stated:
         return []
     errors = ", ".join(f"{error:.2g} ({each.axis.name})" for each, error, _ in stated)
-    largest, most, _ = stated[0]
+    largest, most, own = stated[0]
     said = [f"As the scene states it, positions are off by {errors} of the displacements."]
     if most < NOTHING:
         return [*said, "That is nothing to spend on."]
     price = f", {largest.price.said}" if largest.price else ""
     if len(stated) > 1:
         said.append(f"The largest part is that of the {largest.axis.name}: spend there{price}.")
+    if own.numbers.get("fit_is_cut"):
+        said.append("But the time ended its fit, so that this may be the fit's error: give more --seconds to see.")
     others = [entry for entry in whole if entry[0] is not largest]
     said += [sentence for each, _, point in others if (sentence := _saving(each, point, most))]
     return said

@@ -3,6 +3,7 @@
 import json
 import re
 import sys
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -89,6 +90,12 @@ def test_nothing_is_spent_on_an_axis_without_grades_but_it_may_save():
         "As the scene states it, positions are off by 0.1 (model) of the displacements.",
         "effects: s gravity would do (its error is below 1% of that) and takes 0.5 of the time.",
     ]
+
+
+def test_a_fit_that_the_time_ended_is_no_error_of_the_model_for_sure():
+    cut = replace(point("stated", 0.1, 2.0, is_stated=True), numbers={"fit_is_cut": 1.0})
+    axes = [axis_of([each])[0] for each in (cut, point("stated", 1e-9, 1.0, is_stated=True))]
+    assert advise(found_of(*axes))[-1].startswith("But the time ended its fit")
 
 
 def test_errors_that_nobody_misses_are_nothing_to_spend_on():
