@@ -33,18 +33,23 @@ class Answer:
     def said(self) -> str:
         """One sentence, or two."""
         wanted = f"an error of {self.target_error:.3g}" if self.target_error is not None else f"{self.time:.3g} s"
-        axis, what = self.measured.axis, "cheapest" if self.target_error is not None else "most accurate"
-        refuted = f" {len(self.refuted)} cheaper did not hold when run again." if self.refuted else ""
+        axis, call = self.measured.axis, self.measured.call
+        what, better = ("cheapest", "cheaper") if self.target_error is not None else ("most accurate", "more accurate")
+        count = len(self.refuted)
         if self.verified is not None:
+            refuted = f" {count} {better} did not hold when run again." if count else ""
             return (
-                f"{axis.name}: the {what} setting that keeps {wanted} is {_name(self.verified)}; run again, its error "
+                f"{axis.name}: the {what} setting that keeps {wanted} is {call(self.verified)}; run again, its error "
                 f"is {_said(self.verified)}.{refuted}"
             )
         if self.closest is None:
-            return f"{axis.name}: no setting has an answer in every case.{refuted}"
-        return (
-            f"{axis.name}: no setting keeps {wanted}; closest is {_name(self.closest)}, {_said(self.closest)}.{refuted}"
-        )
+            return f"{axis.name}: no setting has an answer in every case."
+        if count:
+            return (
+                f"{axis.name}: no setting is sure to keep {wanted}; {count} that did ({call(self.refuted[0])}"
+                f"{' and others' if count > 1 else ''}) did not hold when run again."
+            )
+        return f"{axis.name}: no setting keeps {wanted}; closest is {call(self.closest)}, {_said(self.closest)}."
 
 
 def find_cheapest(
@@ -76,7 +81,8 @@ def find_cheapest(
 
 def _run_again(setup: Setup, measured: Measured, point: Point, seconds: float) -> Point | None:
     wanted = (point.series, point.name)
-    request = Request(seconds, seed=VERIFYING_SEED, only=frozenset([wanted]))
+    before = measured.findings.numbers
+    request = Request(seconds, seed=VERIFYING_SEED, only=frozenset([wanted]), before=before)
     found = measured.axis.measure(setup, request).points
     return next((again for again in found if (again.series, again.name) == wanted and again.error is not None), None)
 
@@ -93,10 +99,6 @@ def _middle_error(point: Point) -> float:
 
 def _upper_time(point: Point) -> float:
     return point.processor_seconds.high
-
-
-def _name(point: Point) -> str:
-    return f"{point.series}, {point.name}"
 
 
 def _said(point: Point) -> str:

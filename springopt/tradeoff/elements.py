@@ -78,6 +78,7 @@ def try_elements(setup: Setup, request: Request) -> list[Trial]:
     steps = [[(1, 0)], [(2, 0)], *([(1, level), (2, level)] for level in range(1, MOST_LEVELS))]
     # A setting that is asked for needs a finer one that judges it: of second order on the same mesh, or the next one.
     needed = max(level + order - 1 for order, level in _asked(setup, request))
+    needed = max(needed, request.before.get("judge_refinements", 0))
     trials: list[Trial] = []
     for step in steps:
         foreseen = [_foreseen(setup, trials, order) for order, _ in step] if trials else [(0, 0.0)]

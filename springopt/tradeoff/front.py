@@ -40,26 +40,31 @@ class Price:
         if self.factor.value > OUT_OF_REACH:
             return f"one digit more is out of reach: it would cost more than {OUT_OF_REACH:,} times"
         value, low, high = (f"{number:.3g}" for number in (self.factor.value, self.factor.low, self.factor.high))
-        return f"one digit more costs {value} times ({low} to {high})"
+        # Of single repeats all resamples are the same.
+        interval = "too few repeats for an interval" if self.factor.low == self.factor.high else f"{low} to {high}"
+        return f"one digit more costs {value} times ({interval})"
 
 
 def price_of_a_digit(points: Sequence[Point]) -> Price | None:
-    """From the points of a front, or of a series; None where these are too few, or span no digit.
+    """From the points of a front, or of a series; None where these are too few, or span no digit for sure.
 
-    The slope of log time over log error is the median of those of all pairs (Theil 1950, Sen 1968), its interval that
-    of resampled repeats.
+    The slope of log time over log error is the median of those of all pairs (Theil 1950, Sen 1968) a factor of
+    two apart in error, its interval that of resampled repeats.
     """
     front = [point for point in pareto_front(points) if _error(point) > 0.0]
     if len(front) < 2:
         return None
-    digits = float(np.log10(_error(front[0]) / _error(front[-1])))
+    digits = float(np.log10(_error(front[0])) - np.log10(_error(front[-1])))
     if digits < LEAST_DIGITS:
         return None
     rng = np.random.default_rng(0)
     times = np.column_stack([_resampled_medians(point.processor, rng) for point in front])
     errors = np.column_stack([_resampled_medians(point.errors, rng) for point in front])
-    found = 10.0 ** _slopes(np.log10(times), -np.log10(np.maximum(errors, np.finfo(float).tiny)))
-    low, high = np.quantile(found[1:], [(1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2])
+    slopes = _slopes(np.log10(times), -np.log10(np.maximum(errors, np.finfo(float).tiny)))
+    if np.isnan(slopes).mean() > 1 - CONFIDENCE:
+        return None
+    found = 10.0**slopes
+    low, high = np.nanquantile(found[1:], [(1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2])
     return Price(Interval(float(found[0]), float(low), float(high)), digits)
 
 
@@ -75,11 +80,13 @@ def _resampled_medians(numbers: Floats, rng: np.random.Generator) -> Floats:
 
 
 def _slopes(rises: Floats, runs: Floats) -> Floats:
-    """The median slope of all pairs of columns, a number a row, (rows,)."""
+    """The median slope of all pairs of columns that are apart, a number a row, (rows,); nan where none are."""
     i, j = np.triu_indices(rises.shape[1], 1)
     steps = runs[:, j] - runs[:, i]
-    # Pairs that a resample can't tell apart say nothing.
-    is_apart = np.abs(steps) > 1e-9
+    # Pairs that hardly differ, or that a resample has the other way round, say nothing of a digit.
+    is_apart = steps >= LEAST_DIGITS
     slopes = np.where(is_apart, (rises[:, j] - rises[:, i]) / np.where(is_apart, steps, 1.0), np.nan)
-    slopes[~is_apart.any(axis=1)] = 0.0
-    return np.asarray(np.nanmedian(slopes, axis=1))
+    found = np.full(len(slopes), np.nan)
+    told = is_apart.any(axis=1)
+    found[told] = np.nanmedian(slopes[told], axis=1)
+    return found

@@ -12,6 +12,8 @@ from springopt.tradeoff.clock import Progress
 from springopt.tradeoff.front import Price, pareto_front, price_of_a_digit
 from springopt.tradeoff.point import Axis, Findings, Point, Request
 
+LEAST_SHARE = 0.25  # of an equal one
+
 
 @dataclass(frozen=True, eq=False)
 class Measured:
@@ -46,6 +48,10 @@ class Measured:
         """What the scene states, where it has an error."""
         return next((point for point in self._together if point.is_stated and point.error is not None), None)
 
+    def call(self, point: Point) -> str:
+        """Its setting in a sentence: as in "exact, lanes, tolerance 1e-4", or "without gravity"."""
+        return f"{point.series}{', ' if self.axis.is_graded else ' '}{point.name}"
+
     @property
     def _together(self) -> list[Point]:
         """Those that one truth judges."""
@@ -63,6 +69,8 @@ class Tradeoff:
 def measure(setup: Setup, axes: Sequence[Axis], *, seconds: float, progress: Progress | None = None) -> Tradeoff:
     """Measures axes one after the other, for so many seconds together; what one leaves the others share.
 
+    One that others left no time has some even so.
+
     Raises UserError where the scene has none of them.
     """
     missing = {axis.name: why for axis in axes if (why := axis.missing(setup.scene)) is not None}
@@ -73,8 +81,8 @@ def measure(setup: Setup, axes: Sequence[Axis], *, seconds: float, progress: Pro
     measured: list[Measured] = []
     begin = time.perf_counter()
     for number, axis in enumerate(present):
-        left = max(seconds - (time.perf_counter() - begin), 0.0)
-        measured.append(_measured(setup, axis, left / (len(present) - number), progress))
+        share = (seconds - (time.perf_counter() - begin)) / (len(present) - number)
+        measured.append(_measured(setup, axis, max(share, LEAST_SHARE * seconds / len(present)), progress))
     return Tradeoff(measured, missing)
 
 

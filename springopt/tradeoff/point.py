@@ -84,6 +84,8 @@ class Request:
     #: Of whatever is drawn. A setting is verified with another one than it was chosen by.
     seed: int = 0
     only: frozenset[tuple[str, str]] = frozenset()  #: series and name of settings; all of them if there are none
+    #: Numbers of the findings that `only` was chosen from: no less may judge what was chosen.
+    before: Mapping[str, Any] = field(default_factory=dict)
 
     def wants(self, series: str, name: str) -> bool:
         return not self.only or (series, name) in self.only

@@ -17,7 +17,8 @@ def axis_of(points, *, again=None, name="words", missing=None, **options):
     def measure(setup, request):
         asked.append(request)
         found = points if request.seed == 0 or again is None else again
-        return Findings([each for each in found if request.wants(each.series, each.name)], notes=["A note."])
+        wanted = [each for each in found if request.wants(each.series, each.name)]
+        return Findings(wanted, notes=["A note."], numbers={"words": 1})
 
     axis = Axis(name, "Words", "the error", "one word", lambda scene: missing, measure, **options)
     return axis, asked

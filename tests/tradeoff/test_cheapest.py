@@ -23,6 +23,7 @@ def test_the_cheapest_that_is_accurate_enough_is_run_again(target, name):
     assert answer.verified.name == name
     assert asked[-1].only == {("s", name)}
     assert asked[-1].seed != asked[0].seed
+    assert asked[-1].before == found.findings.numbers == {"words": 1}
     assert f"the cheapest setting that keeps an error of {target:.3g} is s, {name}" in answer.said
 
 
@@ -58,3 +59,19 @@ def test_the_upper_end_of_the_interval_counts():
     wide = point("wide", [1e-3, 2e-3, 5e-3], 1.0)
     assert find_cheapest(None, measured([wide])[0], target_error=3e-3, seconds=1.0).verified is None
     assert find_cheapest(None, measured([wide])[0], target_error=5e-3, seconds=1.0).verified is not None
+
+
+def test_what_was_fast_enough_once_but_not_again_is_said_to_be_more_accurate():
+    slower = [point("fast", 1e-2, 1.0), point("middle", 1e-4, 9.0), point("slow", 1e-6, 9.0)]
+    answer = find_cheapest(None, measured(POINTS, again=slower)[0], time=2.0, seconds=1.0)
+    assert answer.verified.name == "fast"
+    assert answer.said.endswith("1 more accurate did not hold when run again.")
+
+
+def test_where_none_holds_again_none_is_called_close():
+    worse = [point(each.name, 1.0, 1.0) for each in POINTS]
+    answer = find_cheapest(None, measured(POINTS, again=worse)[0], target_error=1e-3, seconds=1.0)
+    assert answer.said == (
+        "words: no setting is sure to keep an error of 0.001; 2 that did (s, middle and others) did not hold when run "
+        "again."
+    )

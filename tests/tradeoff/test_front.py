@@ -73,3 +73,25 @@ def test_an_error_of_zero_is_on_the_front_and_has_no_price():
     points = [point(1e-2, 1.0), point(1e-4, 2.0), point(0.0, 3.0)]
     assert len(pareto_front(points)) == 3
     assert price_of_a_digit(points).digits == pytest.approx(2.0)
+
+
+def test_points_close_together_do_not_decide_the_price():
+    crowd = [point(1.0 - 0.01 * number, 1.0 + 0.1 * number) for number in range(4)]
+    assert price_of_a_digit([*crowd, point(1e-2, 100.0)]).factor.value == pytest.approx(10.0, rel=0.1)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_points_whose_repeats_overlap_have_no_price_or_a_finite_one(seed):
+    rng = np.random.default_rng(seed)
+    points = [
+        point(None, seconds, errors=10.0 ** rng.normal(middle, 0.5, 12)) for middle, seconds in [(-1, 1e-3), (-1.5, 1)]
+    ]
+    price = price_of_a_digit(points)
+    assert price is None or 1.0 < price.factor.low <= price.factor.value <= price.factor.high < 1e12
+
+
+def test_single_repeats_tell_no_interval():
+    points = [
+        Point("s", "a", np.array([error]), np.array([time]), np.array([time])) for error, time in [(1, 1), (0.1, 2)]
+    ]
+    assert price_of_a_digit(points).said == "one digit more costs 2 times (too few repeats for an interval)"

@@ -10,7 +10,7 @@ from strange_optimizers import install
 from springopt.errors import UserError
 from springopt.scene import load_scene
 from springopt.tradeoff.axes.load_cases import AXIS, sets
-from springopt.tradeoff.axes.load_cases.identification import choose_method
+from springopt.tradeoff.axes.load_cases.identification import choose_method, identify
 from springopt.tradeoff.axes.load_cases.sets import DESIGNED, GIVEN, Design, designed, given, run_design
 from springopt.tradeoff.point import Request
 
@@ -162,6 +162,13 @@ def test_many_unknowns_are_found_by_gradients_and_not_designed_for(monkeypatch, 
     assert found.numbers["identified_by"] == "l-bfgs-b"
     assert {point.series for point in found.points} == {GIVEN}
     assert "There is no series designed: 20 unknowns are too many for a design of 3 load cases" in found.notes[1]
+
+
+def test_a_start_that_takes_the_whole_budget_is_no_warning(nine):
+    method = replace(choose_method(nine, 1.0), evaluations=1)
+    assert method.start == "analytic"
+    ((found,),) = identify(list(given(nine))[-1:], method, [1.0], Request(0.1), 0.0)
+    assert found.run.evaluations == 1
 
 
 def test_a_scene_without_test_load_cases_lacks_the_axis():

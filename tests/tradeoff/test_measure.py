@@ -2,6 +2,9 @@
 
 import json
 import re
+import sys
+from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -31,6 +34,14 @@ def test_the_seconds_are_shared_and_what_one_leaves_goes_to_the_others():
     found_of(first, second)
     assert asked_first[0].seconds == pytest.approx(4.0, rel=0.01)
     assert asked_second[0].seconds == pytest.approx(8.0, rel=0.01)
+
+
+def test_an_axis_that_others_left_no_time_has_some_even_so(monkeypatch):
+    clock = SimpleNamespace(perf_counter=iter(range(0, 1000, 100)).__next__)
+    monkeypatch.setattr(sys.modules[measure.__module__], "time", clock)
+    axes = [axis_of([point("a", 1.0, 1.0)]) for _ in range(2)]
+    found_of(*(axis for axis, _ in axes))
+    assert [asked[0].seconds for _, asked in axes] == [1.0, 1.0]
 
 
 def test_an_axis_that_a_scene_lacks_is_named_with_the_reason():
@@ -69,6 +80,27 @@ def test_one_axis_alone_says_nothing_of_the_others():
     stated = axis_of([point("stated", 0.1, 1.0, is_stated=True)])[0]
     gap = axis_of([point("stated", 0.1, 1.0, is_stated=True)], name="gap", is_part=False)[0]
     assert advise(found_of(stated, gap)) == []
+
+
+def test_nothing_is_spent_on_an_axis_without_grades_but_it_may_save():
+    model = axis_of([point("few", 0.2, 1.0), point("stated", 0.1, 2.0, is_stated=True)], name="model")[0]
+    choices = [point("stated", 1e-7, 2.0, is_stated=True), point("gravity", 1e-4, 1.0)]
+    effects = axis_of(choices, name="effects", is_graded=False)[0]
+    assert advise(found_of(effects, model)) == [
+        "As the scene states it, positions are off by 0.1 (model) of the displacements.",
+        "effects: s gravity would do (its error is below 1% of that) and takes 0.5 of the time.",
+    ]
+
+
+def test_a_fit_that_the_time_ended_is_no_error_of_the_model_for_sure():
+    cut = replace(point("stated", 0.1, 2.0, is_stated=True), numbers={"fit_is_cut": 1.0})
+    axes = [axis_of([each])[0] for each in (cut, point("stated", 1e-9, 1.0, is_stated=True))]
+    assert advise(found_of(*axes))[-1].startswith("But the time ended its fit")
+
+
+def test_errors_that_nobody_misses_are_nothing_to_spend_on():
+    axes = [axis_of([point("stated", error, 1.0, is_stated=True)], name=str(error))[0] for error in (1e-9, 1e-12)]
+    assert advise(found_of(*axes))[-1] == "That is nothing to spend on."
 
 
 def test_settings_that_are_not_graded_have_no_price():

@@ -353,6 +353,13 @@ def test_a_rate_that_nothing_keeps_is_told():
     assert "kept by no lattice" in kept.sentence
 
 
+def test_no_error_is_below_what_the_forward_solve_can_tell():
+    setup = scene(reference=classes_reference()).build()
+    result = AXIS.measure(setup, Request(4.0, only=frozenset({("encodings", "two-class")})))
+    assert result.points[0].error.value == setup.objective.tolerance
+    assert any(note.startswith("Errors are not below 1e-08") for note in result.notes)
+
+
 def test_a_setting_can_be_asked_for_alone():
     request = Request(1.0, only=frozenset({("neighbourhood", "moore")}))
     assert [point.name for point in AXIS.measure(scene().build(), request).points] == ["moore"]

@@ -149,6 +149,13 @@ def test_named_settings_are_measured_alone(tmp_path: Path) -> None:
     assert [(point.series, point.name) for point in findings.points] == list(wanted)
 
 
+def test_what_verifies_a_setting_is_no_coarser_than_what_judged_it_before(tmp_path: Path) -> None:
+    asked = {"seconds": -1.0, "only": frozenset({("first order", "8 x 8 cells")})}  # no time for more than is needed
+    hurried = measured(scene(tmp_path, CLAMPED), **asked)
+    again = measured(scene(tmp_path, CLAMPED), **asked, before={"judge_refinements": 2})
+    assert again.numbers["judge_refinements"] == 2 > hurried.numbers["judge_refinements"]
+
+
 def test_elements_that_find_no_equilibrium_are_kept_as_failures(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -92,5 +92,4 @@ AXIS = Axis(
     missing=_missing,
     measure=_measure,
     is_graded=False,
-    is_part=False,  # what is off with everything is the solver's
 )

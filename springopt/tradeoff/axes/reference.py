@@ -67,7 +67,8 @@ def _measure(setup: Setup, request: Request) -> Findings:
     points = measure_settings(settings, replace(request, seconds=left))
     whys = {key_of(setup, trial.order, trial.level): trial.why for trial in judged}
     points = [replace(point, why=whys[point.series, point.name]) for point in points]
-    return Findings(points, notes=list(_notes(setup, trials, judge, errors)))
+    numbers = {"judge_order": judge.trial.order, "judge_refinements": judge.trial.level}
+    return Findings(points, notes=list(_notes(setup, trials, judge, errors)), numbers=numbers)
 
 
 AXIS = Axis(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -140,15 +141,17 @@ def _identify(chosen: CaseSet, method: Method, limit: float, seed: int) -> Ident
     limit *= 1 if method.evaluations is None else PATIENCE
     wall, processor = time.perf_counter(), time.process_time()
     try:
-        run = solve(
-            setup.scene,
-            method.optimizer,
-            start=method.start,
-            seed=seed,
-            seconds=limit,
-            evaluations=method.evaluations,
-            setup=setup,
-        )
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "the start .* spent the whole budget")  # a run that is cut, as said below
+            run = solve(
+                setup.scene,
+                method.optimizer,
+                start=method.start,
+                seed=seed,
+                seconds=limit,
+                evaluations=method.evaluations,
+                setup=setup,
+            )
     except SpringoptError as error:
         tests = sum(case.role == "test" for case in setup.cases)
         spent = time.process_time() - processor, time.perf_counter() - wall

@@ -38,7 +38,7 @@ def measure(setup: Setup, request: Request) -> Findings:
         progress=request.progress,
     )
     refused |= raced.refused
-    way = way_of(setup, raced.attempts)
+    way = way_of(setup, raced.attempts, request.before.get("floor", np.inf))
     least = resolution(setup, way)
     points: list[Point] = []
     for entrant in entrants:

@@ -16,15 +16,16 @@ from springopt.scene.bundled import scene_file
 from springopt.tradeoff.axes.optimizer.runs import Attempt
 
 
-def way_of(setup: Setup, attempts: Sequence[Attempt]) -> Way:
+def way_of(setup: Setup, attempts: Sequence[Attempt], lowest_before: float = np.inf) -> Way:
     """Start and floor of a scene: the stored ones, else the analytic start and the lowest value of these runs.
 
-    A stored floor that a run went below gives way to that run's value.
+    A stored floor that a run went below gives way to that run's value, and any to a lower one of runs before these.
     """
     scene = setup.scene
     stored = next((each for each in stored_floors(scene.name, [Path()]) if each.digest == scene.digest()), None)
     start, start_is = _start(setup, stored)
     floor, notes = _floor(scene.name, attempts, stored)
+    floor = min(floor, lowest_before)
     if start <= floor:
         notes.append(f"{start_is[0].upper()}{start_is[1:]} is not above the floor: errors are differences of values.")
     return Way(start, start_is, floor, stored is not None and stored.proof is not None, tuple(notes))
