@@ -39,7 +39,7 @@ def test_the_reverse_question_is_answered_by_a_run_of_its_own(springopt):
     assert code == 0
     assert answer["verified"]["setting"] == "everything"
     assert answer["said"].startswith(
-        "effects: the cheapest setting that keeps an error of 1e-06 is as stated, everything"
+        "effects: the cheapest setting that keeps an error of 1e-06 is with everything"
     )
     code, out, _ = springopt(*QUICK, "--json", "--time", "1e-9")
     assert json.loads(out)["answers"][0]["verified"] is None
