@@ -64,7 +64,7 @@ def _setting(setup: Setup, variant: Variant, known: Floats) -> Setting:
         )
 
     is_whole = variant.name == EVERYTHING
-    series, name = ("as stated", variant.name) if is_whole else ("without", variant.name)
+    series, name = ("with", variant.name) if is_whole else ("without", variant.name)
     return Setting(series, name, run, judge, solves=copies * len(setup.cases), is_stated=is_whole, why=why)
 
 
