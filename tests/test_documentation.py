@@ -53,4 +53,4 @@ def test_the_tradeoff_s_python_runs(capsys: pytest.CaptureFixture[str]) -> None:
     exec(compile(example, "docs/tradeoff.md", "exec"), {})
     *front, said = capsys.readouterr().out.splitlines()
     assert [line.split()[0] for line in front] == ["with"]
-    assert said.startswith("effects: the cheapest setting that keeps an error of 1e-06 is as stated, everything")
+    assert said.startswith("effects: the cheapest setting that keeps an error of 1e-06 is with everything")
