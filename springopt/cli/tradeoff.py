@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import math
+import shlex
 import sys
 from collections.abc import Sequence
 from contextlib import redirect_stdout
@@ -21,6 +23,16 @@ from springopt.errors import UserError
 SHARE_FOR_ANSWERS = 0.25  # of the seconds, to run again what answers the reverse question
 
 
+class Finite(click.FloatRange):
+    """A number of a range that is neither infinite nor nan, which no range keeps out."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        number = super().convert(value, param, ctx)
+        if not math.isfinite(number):
+            self.fail(f"{value} is not a finite number.", param, ctx)
+        return number
+
+
 @click.command("tradeoff", short_help=COMMANDS["tradeoff"])
 @click.argument("scene")
 @click.option(
@@ -32,20 +44,20 @@ SHARE_FOR_ANSWERS = 0.25  # of the seconds, to run again what answers the revers
 )
 @click.option(
     "--seconds",
-    type=click.FloatRange(min=0, min_open=True),
+    type=Finite(min=0, min_open=True),
     default=120.0,
     show_default=True,
     help="For all axes together.",
 )
 @click.option(
     "--target-error",
-    type=click.FloatRange(min=0, min_open=True),
+    type=Finite(min=0, min_open=True),
     metavar="E",
     help="Name the cheapest setting of each axis whose error is at most E, and run it again to verify it.",
 )
 @click.option(
     "--time",
-    type=click.FloatRange(min=0, min_open=True),
+    type=Finite(min=0, min_open=True),
     metavar="T",
     help="Name the most accurate setting of each axis that takes at most T seconds, and run it again to verify it.",
 )
@@ -128,7 +140,7 @@ def _command_line(
     """The command that makes the page again."""
     options = [f"--axis {name}" for name in axes]
     options += [f"--{name} {value:g}" for name, value in (("target-error", target_error), ("time", time)) if value]
-    return " ".join(["springopt tradeoff", scene, *options, f"--seconds {seconds:g}"])
+    return " ".join(["springopt tradeoff", shlex.quote(scene), *options, f"--seconds {seconds:g}"])
 
 
 def _print(answer: dict[str, Any]) -> None:

@@ -28,13 +28,14 @@ def advise(tradeoff: Tradeoff) -> list[str]:
     errors = ", ".join(f"{error:.2g} ({each.axis.name})" for each, error, _ in stated)
     largest, most, own = stated[0]
     said = [f"As the scene states it, positions are off by {errors} of the displacements."]
-    if most < NOTHING:
+    if most < NOTHING and len(stated) > 1:
         return [*said, "That is nothing to spend on."]
     price = f", {largest.price.said}" if largest.price else ""
     if len(stated) > 1:
         said.append(f"The largest part is that of the {largest.axis.name}: spend there{price}.")
     if own.numbers.get("fit_is_cut"):
-        said.append("But the time ended its fit, so that this may be the fit's error: give more --seconds to see.")
+        # What is unseen beside such an error may well be seen beside the model's own.
+        return [*said, "But the time ended its fit, so that this may be the fit's error: give more --seconds to see."]
     others = [entry for entry in whole if entry[0] is not largest]
     said += [sentence for each, _, point in others if (sentence := _saving(each, point, most))]
     return said

@@ -11,6 +11,7 @@ from springopt.scene import Setup
 from springopt.tradeoff.clock import Progress
 from springopt.tradeoff.front import Price, pareto_front, price_of_a_digit
 from springopt.tradeoff.point import Axis, Findings, Point, Request
+from springopt.tradeoff.warm_up import compile_kernels
 
 LEAST_SHARE = 0.25  # of an equal one
 
@@ -69,7 +70,7 @@ class Tradeoff:
 def measure(setup: Setup, axes: Sequence[Axis], *, seconds: float, progress: Progress | None = None) -> Tradeoff:
     """Measures axes one after the other, for so many seconds together; what one leaves the others share.
 
-    One that others left no time has some even so.
+    One that others left no time has some even so. What is compiled once on a machine comes before the clock.
 
     Raises UserError where the scene has none of them.
     """
@@ -78,6 +79,7 @@ def measure(setup: Setup, axes: Sequence[Axis], *, seconds: float, progress: Pro
     if not present:
         said = "; ".join(f"{name}: {why}" for name, why in missing.items())
         raise UserError(f"scene {setup.scene.name} has none of these axes ({said}); name another --axis.")
+    compile_kernels()
     measured: list[Measured] = []
     begin = time.perf_counter()
     for number, axis in enumerate(present):

@@ -38,9 +38,7 @@ def test_the_reverse_question_is_answered_by_a_run_of_its_own(springopt):
     (answer,) = json.loads(out)["answers"]
     assert code == 0
     assert answer["verified"]["setting"] == "everything"
-    assert answer["said"].startswith(
-        "effects: the cheapest setting that keeps an error of 1e-06 is with everything"
-    )
+    assert answer["said"].startswith("effects: the cheapest setting that keeps an error of 1e-06 is with everything")
     code, out, _ = springopt(*QUICK, "--json", "--time", "1e-9")
     assert json.loads(out)["answers"][0]["verified"] is None
 
@@ -54,6 +52,8 @@ def test_the_reverse_question_is_answered_by_a_run_of_its_own(springopt):
         (["paper-fem-2d", "--target-error", "1", "--time", "1"], "give one of them"),
         (["paper-fem-2d", "--target-error", "0"], "0.0 is not in the range x>0"),
         (["paper-fem-2d", "--seconds", "-1"], "-1.0 is not in the range x>0"),
+        (["paper-fem-2d", "--seconds", "nan"], "nan is not a finite number"),
+        (["paper-fem-2d", "--target-error", "inf"], "inf is not a finite number"),
         (["paper-fem-2d", "--out", "page.pdf"], "an output here ends in .html or .md, not as page.pdf"),
         (["paper-fem-2d", "--out", "no/page.html"], "the folder of no/page.html does not exist"),
     ],

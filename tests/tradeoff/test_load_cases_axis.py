@@ -125,6 +125,11 @@ def test_bits_are_found_by_as_many_evaluations_on_every_set(monkeypatch):
     assert many.numbers["solves"] == 4 * few.numbers["solves"]
     assert few.numbers["unidentified"] == 4
     assert found.notes[0] == "Identified by paper-ga (300 evaluations), once for each seed."
+    monkeypatch.setattr("springopt.tradeoff.axes.load_cases.identification._affordable", lambda *_: 900)
+    request = Request(0.1, seed=1, only=frozenset([(GIVEN, "2 load cases")]), before=found.numbers)
+    again = AXIS.measure(setup, request)  # a setting that is verified has no more of them
+    assert again.points[0].numbers["evaluations"] == 300
+    assert again.numbers["seconds_a_load_case"] == found.numbers["seconds_a_load_case"]
 
 
 def test_motions_are_judged_at_all_their_times():

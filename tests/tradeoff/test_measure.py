@@ -96,6 +96,9 @@ def test_a_fit_that_the_time_ended_is_no_error_of_the_model_for_sure():
     cut = replace(point("stated", 0.1, 2.0, is_stated=True), numbers={"fit_is_cut": 1.0})
     axes = [axis_of([each])[0] for each in (cut, point("stated", 1e-9, 1.0, is_stated=True))]
     assert advise(found_of(*axes))[-1].startswith("But the time ended its fit")
+    cheaper = point("loose", 1e-6, 0.1)
+    axes[1] = axis_of([cheaper, point("stated", 1e-9, 1.0, is_stated=True)])[0]
+    assert advise(found_of(*axes))[-1].startswith("But the time ended its fit")
 
 
 def test_errors_that_nobody_misses_are_nothing_to_spend_on():

@@ -227,9 +227,10 @@ def _ladders(setup: Setup, request: Request, chosen: str) -> tuple[list[_Ladder]
         there_is = request.seconds / len(ENGINES) / (LEAST_CALLS * seconds)
         is_slow = f"{seconds:.2g} s for one candidate under all load cases are too long"
         # Settings that are asked for by name are measured, whatever that takes.
-        if engine != chosen and len(tolerances) > there_is and not request.only:
-            tolerances = [each for each in FEW_TOLERANCES if each in tolerances]
-            if len(tolerances) > there_is:
+        if len(tolerances) > there_is and not request.only:
+            own = [setup.objective.tolerance] if engine == chosen else []
+            tolerances = [each for each in tolerances if each in (*FEW_TOLERANCES, *own)]
+            if len(tolerances) > there_is and engine != chosen:
                 notes.append(f"The engine {engine} is left out: {is_slow} for a third of {request.seconds:.3g} s.")
                 continue
             notes.append(f"The engine {engine} is measured at few tolerances: {is_slow} for more of them.")

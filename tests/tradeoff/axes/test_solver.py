@@ -111,6 +111,13 @@ def test_engines_that_there_is_no_time_for_are_left_out_and_said_so(scene_of):
     assert sum("is left out" in note for note in findings.notes) == 2
 
 
+def test_an_engine_that_is_slow_has_few_tolerances_and_the_scene_s_own(scene_of):
+    findings = AXIS.measure(scene_of(SQUARE).build(), Request(1e-6))
+    names = [point.name for point in findings.points if point.series == "exact, lanes"]
+    assert names == ["tolerance 1e-4", "tolerance 1e-8", "tolerance 1e-12"]
+    assert any(point.is_stated for point in findings.points)
+
+
 def test_another_seed_draws_others_and_few_settings_can_be_asked_for(scene_of):
     setup = scene_of(SQUARE).build()
     only = frozenset({("exact, lanes", "tolerance 1e-4")})

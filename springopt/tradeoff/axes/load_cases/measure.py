@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -56,9 +57,11 @@ def measure(setup: Setup, request: Request) -> Findings:
     if not wanted:
         return Findings([], notes=notes, numbers=numbers)
     unit = seconds / (LEAST_SEEDS * sum(each.count for each in wanted))
+    unit = request.before.get("seconds_a_load_case", unit)  # what verifies a setting is to be the same one
     limits = [max(unit * each.count, SHORTEST) for each in wanted]
     largest = max(wanted, key=lambda each: each.count)
     method = choose_method(largest.setup, max(limits))
+    method = replace(method, evaluations=request.before.get("evaluations_of_a_run", method.evaluations))
     # What compiles and imports is no part of the first round.
     until = max(begun + request.seconds, time.perf_counter() + LEAST_SHARE * request.seconds)
     found = identify(wanted, method, limits, request, until)
@@ -75,7 +78,8 @@ def measure(setup: Setup, request: Request) -> Findings:
         *_say_enough(points),
         *_say_equal(points),
     ]
-    return Findings(points, notes=notes, numbers=numbers | {"identified_by": method.optimizer.name})
+    numbers |= {"identified_by": method.optimizer.name, "evaluations_of_a_run": method.evaluations}
+    return Findings(points, notes=notes, numbers=numbers | {"seconds_a_load_case": unit})
 
 
 def _sets(setup: Setup, request: Request) -> tuple[list[CaseSet], list[str], dict[str, Any]]:
