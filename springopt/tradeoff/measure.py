@@ -79,7 +79,8 @@ def measure(setup: Setup, axes: Sequence[Axis], *, seconds: float, progress: Pro
     if not present:
         said = "; ".join(f"{name}: {why}" for name, why in missing.items())
         raise UserError(f"scene {setup.scene.name} has none of these axes ({said}); name another --axis.")
-    compile_kernels()
+    is_motion = setup.scene.load_cases.times is not None
+    compile_kernels(in_motion=is_motion or any(axis.second_time for axis in present))
     measured: list[Measured] = []
     begin = time.perf_counter()
     for number, axis in enumerate(present):
