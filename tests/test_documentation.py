@@ -52,5 +52,5 @@ def test_the_tradeoff_s_python_runs(capsys: pytest.CaptureFixture[str]) -> None:
     (example,) = python_blocks("docs/tradeoff.md")
     exec(compile(example, "docs/tradeoff.md", "exec"), {})
     *front, said = capsys.readouterr().out.splitlines()
-    assert [line.split()[0] for line in front] == ["without", "with"]  # small displacements are faster, and off
+    assert front[-1].startswith("with everything ")  # nothing is as accurate
     assert said.startswith("effects: the cheapest setting that keeps an error of 1e-06 is with everything")
