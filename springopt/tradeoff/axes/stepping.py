@@ -148,7 +148,7 @@ def _settings(motions: _Motions, request: Request) -> tuple[list[Setting], list[
     settings: list[Setting] = []
     notes = []
     for series, ladder in ladders.items():
-        offered = [motions.setting(series, _name(each), each) for each in ladder]
+        offered = [motions.setting(series, _name(each, motions.cases), each) for each in ladder]
         affordable = offered if request.only else _affordable(offered, request.seconds / len(ladders))
         settings += affordable
         if len(affordable) < len(offered):
@@ -178,10 +178,12 @@ def _taken(step: float, case: LoadCase) -> Floats:
     return np.repeat(gaps / counts, counts)
 
 
-def _name(stepping: Stepping) -> str:
-    if stepping.step_error is None:
-        return f"step {stepping.step:.4g}"
-    return f"step error {stepping.step_error:.0e}".replace("e-0", "e-")
+def _name(stepping: Stepping, cases: Sequence[LoadCase]) -> str:
+    """As in "step 0.4", or where steps are shorter, because they end on the times, "step 0.8 (0.5 taken)"."""
+    if stepping.step_error is not None:
+        return f"step error {stepping.step_error:.0e}".replace("e-0", "e-")
+    taken = _longest(stepping.step, cases)
+    return f"step {stepping.step:.4g}" + (f" ({taken:.3g} taken)" if taken < 0.999 * stepping.step else "")
 
 
 def _affordable(offered: Sequence[Setting], seconds: float) -> list[Setting]:
@@ -212,7 +214,9 @@ def _limit_marked(
     )
     said += f" (without damping the limit would be {limit.undamped:.3g})." if limit.damping_ratio > DAMPED else "."
     cases = setup.cases
-    longest = {point: _longest(point, cases) for point in points if point.series == ENERGY_MOMENTUM}
+    longest = {
+        point: _longest(point.states["stepping.step"], cases) for point in points if point.series == ENERGY_MOMENTUM
+    }
     beyond = [f"{step:.3g}" for step in longest.values() if step > limit.step]
     if beyond:
         said += f" Implicit stepping goes on beyond it, here with steps of {', '.join(beyond)}."
@@ -226,9 +230,9 @@ def _limit_marked(
     return {f"explicit limit: step {limit.step:.2g}": cost}, [said]
 
 
-def _longest(point: Point, cases: Sequence[LoadCase]) -> float:
-    """The longest step that a setting takes in any load case."""
-    return max(float(_taken(point.states["stepping.step"], case).max()) for case in cases)
+def _longest(step: float, cases: Sequence[LoadCase]) -> float:
+    """The longest that is taken in any load case, where no step may be longer than this."""
+    return max(float(_taken(step, case).max()) for case in cases)
 
 
 def _orders(setup: Setup, points: Sequence[Point], doubt: float) -> list[str]:
@@ -236,7 +240,7 @@ def _orders(setup: Setup, points: Sequence[Point], doubt: float) -> list[str]:
     said = []
     for integrator in INTEGRATORS:
         own = [p for p in points if p.series == integrator and p.is_good and p.errors.min() > CLEAR * doubt]
-        steps = np.array([_longest(point, setup.cases) for point in own])
+        steps = np.array([_longest(point.states["stepping.step"], setup.cases) for point in own])
         is_fine = steps <= FINEST * steps.min(initial=np.inf)
         if np.count_nonzero(is_fine) < 2:
             continue

@@ -97,6 +97,12 @@ def test_steps_that_end_on_the_same_times_are_measured_once(scene_of):
     assert "step 4.8" not in names
 
 
+def test_steps_that_are_shorter_because_they_end_on_the_times_say_so(scene_of):
+    scene = scene_of(SWING.replace("step = 0.2", "step = 1.0"))
+    names = [point.name for point in AXIS.measure(scene.build(), Request(0.2)).points]
+    assert {"step 4 (2.4 taken)", "step 2 (1.2 taken)", "step 1 (0.8 taken)"} <= set(names)
+
+
 def test_scenes_without_times_or_masses_have_it_not(scene_of):
     assert AXIS.missing(load_scene("paper-fem-2d")) == "its load cases have no times"
     assert AXIS.missing(load_scene(EXAMPLES / "step_response.toml")) is None
