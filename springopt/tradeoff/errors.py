@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from springopt.checks import Floats
+from springopt.forward.status import STATUSES, has_equilibrium
+from springopt.load_case import LoadCase
 
 Reals = NDArray[np.floating[Any]]
 
@@ -34,3 +37,18 @@ def errors_of_cases(positions: Reals, known: Reals, nodes: Floats) -> Floats:
     return relative_errors(
         positions.reshape(cases, -1, dimension), known.reshape(cases, -1, dimension), np.tile(nodes, (times, 1))
     )
+
+
+def say_failures(cases: Sequence[LoadCase], codes: NDArray[np.int8]) -> str:
+    """Which load cases have no answer, and what their solve says of itself, by statuses (c,); "" if none."""
+    failed = np.flatnonzero(~has_equilibrium(codes)).tolist()
+    return ", ".join(f"{cases[number].name}: {STATUSES[codes[number]]}" for number in failed)
+
+
+def say_least(errors: Iterable[Floats], tolerance: float) -> list[str]:
+    """A sentence where errors end at the tolerance of the forward solve."""
+    if not any((each <= tolerance).any() for each in errors):
+        return []
+    return [
+        f"Errors are not below {tolerance:.1g}, the tolerance of the forward solve, which can't tell less from zero."
+    ]

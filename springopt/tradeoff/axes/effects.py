@@ -12,10 +12,10 @@ from springopt.checks import Floats
 from springopt.effects.lanes import LANE_COUNT
 from springopt.forward.batch import Equilibria
 from springopt.forward.motion.follow import Motions
-from springopt.forward.status import STATUSES, has_equilibrium
+from springopt.forward.status import has_equilibrium
 from springopt.model import Model
 from springopt.scene import Scene, Setup
-from springopt.tradeoff.errors import errors_of_cases
+from springopt.tradeoff.errors import errors_of_cases, say_failures
 from springopt.tradeoff.point import Axis, Findings, Request, Setting, measure_settings
 
 EVERYTHING = "everything"
@@ -63,17 +63,11 @@ def _setting(setup: Setup, variant: Variant, known: Floats, copies: int) -> Sett
         return _errors(model, answers, known)
 
     def why(answers: Equilibria | Motions) -> str:
-        return ", ".join(
-            f"{setup.cases[number].name}: {STATUSES[answers.codes[0, number]]}" for number in _lost(answers)
-        )
+        return say_failures(setup.cases, answers.codes[0])
 
     is_whole = variant.name == EVERYTHING
     series, name = ("with", variant.name) if is_whole else ("without", variant.name)
     return Setting(series, name, run, judge, solves=copies * len(setup.cases), is_stated=is_whole, why=why)
-
-
-def _lost(answers: Equilibria | Motions) -> list[int]:
-    return np.flatnonzero(~has_equilibrium(answers.codes[0])).tolist()
 
 
 def _errors(model: Model, answers: Equilibria | Motions, known: Floats) -> Floats:

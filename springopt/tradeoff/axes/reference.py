@@ -65,8 +65,6 @@ def _measure(setup: Setup, request: Request) -> Findings:
     settings = [_setting(setup, judge, trial, errors) for trial in judged]
     left = max(request.seconds - (time.perf_counter() - start), 0.0)
     points = measure_settings(settings, replace(request, seconds=left))
-    whys = {key_of(setup, trial.order, trial.level): trial.why for trial in judged}
-    points = [replace(point, why=whys[point.series, point.name]) for point in points]
     numbers = {"judge_order": judge.trial.order, "judge_refinements": judge.trial.level}
     return Findings(points, notes=list(_notes(setup, trials, judge, errors)), numbers=numbers)
 
@@ -103,6 +101,7 @@ def _setting(setup: Setup, judge: Judge, trial: Trial, errors: _Errors) -> Setti
         states={f"reference.{key}": value for key, value in said.items()},
         is_stated=table == stated,
         numbers=numbers,
+        why=lambda answers: trial.why,
     )
 
 

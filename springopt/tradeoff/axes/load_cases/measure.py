@@ -32,6 +32,7 @@ from springopt.tradeoff.axes.load_cases.sets import (
     name_of,
     run_design,
 )
+from springopt.tradeoff.errors import say_least
 from springopt.tradeoff.point import Findings, Point, Request
 
 LEAST_SHARE = 0.25  # of the seconds: what the design leaves at least for runs
@@ -74,7 +75,7 @@ def measure(setup: Setup, request: Request) -> Findings:
         f"Identified by {method.said}, once for each seed.",
         *notes,
         *_say_cut(wanted, found),
-        *_say_least(setup, points),
+        *say_least((point.errors for point in points), setup.objective.tolerance),
         *_say_enough(points),
         *_say_equal(points),
     ]
@@ -167,15 +168,6 @@ def _say_design(setup: Setup, found: Design) -> list[str]:
 def _say_cut(sets: Sequence[CaseSet], found: Sequence[Sequence[Identification]]) -> list[str]:
     cut = [f"{each.series}, {each.name}" for each, its in zip(sets, found, strict=True) if any(i.is_cut for i in its)]
     return [f"The time ended runs of {'; '.join(cut)}: more --seconds let them end by themselves."] if cut else []
-
-
-def _say_least(setup: Setup, points: Sequence[Point]) -> list[str]:
-    least = setup.objective.tolerance
-    if any((point.errors <= least).any() for point in points):
-        return [
-            f"Errors are not below {least:.1g}, the tolerance of the forward solve, which can't tell less from zero."
-        ]
-    return []
 
 
 def _say_enough(points: Sequence[Point]) -> list[str]:

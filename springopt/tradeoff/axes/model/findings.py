@@ -9,8 +9,6 @@ from dataclasses import replace
 import numpy as np
 
 from springopt.analysis.fit import warm_up
-from springopt.forward.batch import Equilibria
-from springopt.forward.motion.follow import Motions
 from springopt.scene import Scene, Setup
 from springopt.scene.lattice_tables import GridTable
 from springopt.tradeoff.axes.model.identification import SPARSITY, Identified, identify, sparser
@@ -20,6 +18,7 @@ from springopt.tradeoff.axes.model.resampling import why_fixed
 from springopt.tradeoff.axes.model.resolution import resolutions
 from springopt.tradeoff.axes.model.running import Running
 from springopt.tradeoff.axes.model.variation import Variation, encodings, neighbourhoods
+from springopt.tradeoff.errors import say_least
 from springopt.tradeoff.point import Findings, Point, Request, Setting, measure_settings
 
 #: When the parts of the work end, as shares of the time that is asked for: fits, the path to fewer springs, forward
@@ -65,11 +64,7 @@ def measure(setup: Setup, request: Request) -> Findings:
     if clock is not None and None in steps:
         notes.append("Some steps in real time are not there: the motion breaks off, or the time was up.")
     points = _points(found, running, steps, request)
-    least = setup.objective.tolerance
-    if any((point.errors <= least).any() for point in points):
-        notes.append(
-            f"Errors are not below {least:.1g}, the tolerance of the forward solve, which can't tell less from zero."
-        )
+    notes += say_least((point.errors for point in points), setup.objective.tolerance)
     numbers: dict[str, object] = {}
     if clock is not None and not request.only:
         seconds = max(begun + request.seconds - time.perf_counter(), LEAST_GROWN * request.seconds)
@@ -117,14 +112,12 @@ def _of_fits(setup: Setup, found: Sequence[Identified]) -> list[str]:
 def _points(
     found: Sequence[Identified], running: Sequence[Running], steps: Sequence[Step | None], request: Request
 ) -> list[Point]:
-    answers = [body.solve() for body in running]
-    settings = [_setting(*each) for each in zip(found, running, answers, steps, strict=True)]
-    points = measure_settings(settings, replace(request, seconds=(SOLVED - SPARSE) * request.seconds))
-    return [replace(point, why=body.why(one)) for point, body, one in zip(points, running, answers, strict=True)]
+    settings = [_setting(*each) for each in zip(found, running, steps, strict=True)]
+    return measure_settings(settings, replace(request, seconds=(SOLVED - SPARSE) * request.seconds))
 
 
-def _setting(one: Identified, body: Running, answers: Equilibria | Motions, step: Step | None) -> Setting:
-    is_test = body.is_test()
+def _setting(one: Identified, body: Running, step: Step | None) -> Setting:
+    is_test, answers = body.is_test(), body.solve()
     tests = np.array([case.role == "test" for case in one.setup.cases])
     errors, misfits = body.errors(answers), body.misfits(answers)
     numbers = {
@@ -153,6 +146,7 @@ def _setting(one: Identified, body: Running, answers: Equilibria | Motions, step
         is_apart=one.variation.is_apart,
         numbers=numbers,
         second_time=None if step is None else step.seconds,
+        why=body.why,
     )
 
 

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from springopt.checks import Floats
 from springopt.forward.batch import Equilibria, Group
 from springopt.forward.motion.follow import Motions
-from springopt.forward.status import STATUSES, has_equilibrium
+from springopt.forward.status import has_equilibrium
 from springopt.misfit import MISFITS
 from springopt.model import Model
 from springopt.scene import Setup
 from springopt.scene.build import build_model
 from springopt.tradeoff.axes.model.resampling import why_springs_stay
-from springopt.tradeoff.errors import errors_of_cases
+from springopt.tradeoff.errors import errors_of_cases, say_failures
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,8 +69,7 @@ class Running:
 
     def why(self, answers: Equilibria | Motions) -> str:
         """Which load cases have no answer, and what their solve says of itself; "" if none."""
-        failed = np.flatnonzero(~has_equilibrium(answers.codes[0]))
-        return ", ".join(f"{self.setup.cases[i].name}: {STATUSES[answers.codes[0, i]]}" for i in failed)
+        return say_failures(self.setup.cases, answers.codes[0])
 
     def is_test(self) -> NDArray[np.bool_]:
         """Which load cases judge: those that test, or all that there are, shape (c,)."""
